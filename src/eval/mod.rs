@@ -1,0 +1,1 @@
+//! a path against a truth.

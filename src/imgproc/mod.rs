@@ -1,0 +1,1 @@
+//! median filter, centreline, seam features, stripe geometry.

@@ -1,0 +1,1 @@
+//! the filters of the four papers, one engine.

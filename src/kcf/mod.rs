@@ -1,0 +1,1 @@
+//! the FFT-based kernelized correlation filter.

@@ -1,0 +1,17 @@
+//! seamtrack finds the weld seam in laser-stripe frames and estimates its centre in millimetres.
+//!
+//! The way of the data is one direction:
+//! `GrayFrame → Centreline → SeamRoi → Response → Observation → Estimate → Track → Report`.
+//! `ARCHITECTURE.md` says which module may use which.
+
+pub mod calib;
+pub mod eval;
+pub mod frame;
+pub mod imgproc;
+pub mod kalman;
+pub mod kcf;
+pub mod report;
+pub mod source;
+pub mod synth;
+pub mod tracker;
+pub mod units;

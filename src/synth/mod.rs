@@ -1,0 +1,1 @@
+//! scenario, scene, rendered frames and truth.

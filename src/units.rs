@@ -1,0 +1,121 @@
+//! Units and coordinates.
+//!
+//! Pixel centres are integers, the origin is the top left pixel: u is the column, v the row. A quantity's unit is
+//! in its name (`_px`, `_mm`, `_s`) or in its type.
+
+use std::fmt;
+
+use serde::{Deserialize, Serialize};
+
+/// A point in an image: u = column, v = row, both in pixels, sub-pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct PixelPoint {
+    /// Column \[px\].
+    pub u_px: f64,
+    /// Row \[px\].
+    pub v_px: f64,
+}
+
+impl PixelPoint {
+    /// The point in column `u_px` and row `v_px`.
+    #[must_use]
+    pub const fn new(u_px: f64, v_px: f64) -> Self {
+        Self { u_px, v_px }
+    }
+
+    /// The same point in the transposed image.
+    #[must_use]
+    pub const fn transposed(self) -> Self {
+        Self { u_px: self.v_px, v_px: self.u_px }
+    }
+}
+
+/// How the laser stripe runs through the image.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum StripeAxis {
+    /// The stripe runs along the rows; the seam position is u.
+    Horizontal,
+    /// The stripe runs along the columns; the seam position is v.
+    Vertical,
+}
+
+impl StripeAxis {
+    /// The coordinate of `point` along the stripe \[px\].
+    #[must_use]
+    pub const fn along_px(self, point: PixelPoint) -> f64 {
+        match self {
+            Self::Horizontal => point.u_px,
+            Self::Vertical => point.v_px,
+        }
+    }
+
+    /// Image coordinates of a point given in the stripe's own frame (u along it), and back: the map is its own
+    /// inverse.
+    #[must_use]
+    pub const fn image_from_stripe(self, point: PixelPoint) -> PixelPoint {
+        match self {
+            Self::Horizontal => point,
+            Self::Vertical => point.transposed(),
+        }
+    }
+}
+
+impl fmt::Display for StripeAxis {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Horizontal => "horizontal",
+            Self::Vertical => "vertical",
+        })
+    }
+}
+
+/// A scale in millimetres per pixel, finite and positive.
+#[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
+#[serde(try_from = "f64", into = "f64")]
+pub struct MmPerPx(f64);
+
+impl MmPerPx {
+    /// The scale of Du 2022, section 2.
+    pub const DU_2022: Self = Self(0.073);
+
+    /// A scale of `mm_per_px` millimetres per pixel.
+    ///
+    /// # Errors
+    /// When the number is not finite and positive.
+    pub fn new(mm_per_px: f64) -> Result<Self, InvalidScale> {
+        if mm_per_px.is_finite() && mm_per_px > 0.0 { Ok(Self(mm_per_px)) } else { Err(InvalidScale(mm_per_px)) }
+    }
+
+    /// Millimetres per pixel.
+    #[must_use]
+    pub const fn get(self) -> f64 {
+        self.0
+    }
+}
+
+impl TryFrom<f64> for MmPerPx {
+    type Error = InvalidScale;
+    fn try_from(mm_per_px: f64) -> Result<Self, InvalidScale> {
+        Self::new(mm_per_px)
+    }
+}
+
+impl From<MmPerPx> for f64 {
+    fn from(scale: MmPerPx) -> Self {
+        scale.0
+    }
+}
+
+impl std::str::FromStr for MmPerPx {
+    type Err = String;
+    fn from_str(text: &str) -> Result<Self, String> {
+        let number: f64 = text.parse().map_err(|e| format!("{e}"))?;
+        Self::new(number).map_err(|e| e.to_string())
+    }
+}
+
+/// A scale that is not finite and positive.
+#[derive(Debug, Clone, Copy, PartialEq, thiserror::Error)]
+#[error("a scale of {0} mm/px is not a positive number")]
+pub struct InvalidScale(f64);
