@@ -1,1 +1,11 @@
-//! median filter, centreline, seam features, stripe geometry.
+//! From a frame to the stripe: median filter, centreline, seam features and ROI.
+//!
+//! Everything here sees a horizontal stripe: a vertical one is transposed before it comes here.
+
+mod centreline;
+mod cv;
+mod features;
+
+pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
+pub use cv::{MedianError, MedianKernel, median};
+pub use features::{SeamFeatures, SeamRoi, SeedSettings, find as find_seam_features};
