@@ -1,1 +1,5 @@
-//! a path against a truth.
+//! A path against its truth.
+
+mod errors;
+
+pub use errors::Errors;

@@ -1,0 +1,366 @@
+//! `path.csv`: one row a frame.
+//!
+//! An empty cell where there is no value, fixed decimals, booleans 0/1. Columns may be added at the end, never moved
+//! or renamed without a new [schema version](super::summary::SCHEMA_VERSION); a reader ignores those it does not know.
+
+use std::fmt;
+use std::path::Path;
+
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::atomic::{ResultsError, write_atomically};
+use crate::units::{PixelPoint, StripeAxis};
+
+/// What the tracker knew about the seam in one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// The seam has not been found yet.
+    Seeking,
+    /// The seam was seen.
+    Tracked,
+    /// The seam was not seen; the value is a prediction with a growing σ.
+    Coasting,
+    /// The seam was lost; no value is given.
+    Lost,
+    /// The frame could not be decoded.
+    Unreadable,
+}
+
+impl Status {
+    /// The name used in `path.csv`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Seeking => "seeking",
+            Self::Tracked => "tracked",
+            Self::Coasting => "coasting",
+            Self::Lost => "lost",
+            Self::Unreadable => "unreadable",
+        }
+    }
+}
+
+impl fmt::Display for Status {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+/// One row of `path.csv`.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct PathRow {
+    /// Number of the frame, from 0 in processing order.
+    pub frame: usize,
+    /// Name of the frame's file; empty for a video.
+    pub file: String,
+    /// Time stamp \[s\].
+    pub time_s: f64,
+    /// What the tracker knew.
+    pub status: Status,
+    /// The KCF's own peak, column \[px\].
+    pub kcf_u_px: Option<f64>,
+    /// The KCF's own peak, row \[px\].
+    pub kcf_v_px: Option<f64>,
+    /// Raw peak-to-sidelobe ratio of the KCF response.
+    pub psr: Option<f64>,
+    /// The KCF template learned from this frame.
+    #[serde(deserialize_with = "zero_or_one")]
+    pub template_updated: bool,
+    /// Filtered seam centre, column \[px\]; empty unless tracked or coasting.
+    pub u_px: Option<f64>,
+    /// Filtered seam centre, row \[px\].
+    pub v_px: Option<f64>,
+    /// Filtered position along the stripe from the origin \[mm\].
+    pub x_mm: Option<f64>,
+    /// One σ of `x_mm` \[mm\], without the scale's own.
+    pub x_std_mm: Option<f64>,
+    /// Normalised innovation squared of the observation.
+    pub nis: Option<f64>,
+    /// Smoothed seam centre, column \[px\].
+    pub smooth_u_px: Option<f64>,
+    /// Smoothed seam centre, row \[px\].
+    pub smooth_v_px: Option<f64>,
+    /// Smoothed position along the stripe from the origin \[mm\].
+    pub smooth_x_mm: Option<f64>,
+    /// One σ of `smooth_x_mm` \[mm\].
+    pub smooth_x_std_mm: Option<f64>,
+}
+
+impl PathRow {
+    /// A row without any value.
+    #[must_use]
+    pub const fn empty(frame: usize, file: String, time_s: f64, status: Status) -> Self {
+        Self {
+            frame,
+            file,
+            time_s,
+            status,
+            kcf_u_px: None,
+            kcf_v_px: None,
+            psr: None,
+            template_updated: false,
+            u_px: None,
+            v_px: None,
+            x_mm: None,
+            x_std_mm: None,
+            nis: None,
+            smooth_u_px: None,
+            smooth_v_px: None,
+            smooth_x_mm: None,
+            smooth_x_std_mm: None,
+        }
+    }
+
+    /// The seam centre of one estimate.
+    #[must_use]
+    pub fn point(&self, estimate: Estimator) -> Option<PixelPoint> {
+        let (u, v) = match estimate {
+            Estimator::Kcf => (self.kcf_u_px, self.kcf_v_px),
+            Estimator::Filtered => (self.u_px, self.v_px),
+            Estimator::Smoothed => (self.smooth_u_px, self.smooth_v_px),
+        };
+        Some(PixelPoint::new(u?, v?))
+    }
+
+    /// The coordinate of one estimate along the stripe \[px\].
+    #[must_use]
+    pub fn along_px(&self, estimate: Estimator, axis: StripeAxis) -> Option<f64> {
+        self.point(estimate).map(|point| axis.along_px(point))
+    }
+}
+
+/// The three estimates of the seam centre in a row, in the order of the papers' tables.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Estimator {
+    /// The KCF's own peak in this run.
+    Kcf,
+    /// The causal filter.
+    Filtered,
+    /// The smoother.
+    Smoothed,
+}
+
+impl Estimator {
+    /// All three.
+    pub const ALL: [Self; 3] = [Self::Kcf, Self::Filtered, Self::Smoothed];
+
+    /// The name in tables and plots.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Kcf => "KCF alone",
+            Self::Filtered => "filtered",
+            Self::Smoothed => "smoothed",
+        }
+    }
+}
+
+/// The columns of the contract, in order.
+const COLUMNS: [&str; 17] = [
+    "frame",
+    "file",
+    "time_s",
+    "status",
+    "kcf_u_px",
+    "kcf_v_px",
+    "psr",
+    "template_updated",
+    "u_px",
+    "v_px",
+    "x_mm",
+    "x_std_mm",
+    "nis",
+    "smooth_u_px",
+    "smooth_v_px",
+    "smooth_x_mm",
+    "smooth_x_std_mm",
+];
+
+const PX_DECIMALS: usize = 3;
+const MM_DECIMALS: usize = 4;
+const PSR_DECIMALS: usize = 3;
+const NIS_DECIMALS: usize = 4;
+
+/// Write `path.csv`. Time stamps have 3 decimals, or 6 when some do not fit into 3.
+///
+/// # Errors
+/// When the file cannot be written, or a value is not finite (an absent value is `None`).
+pub fn write_path_csv(path: &Path, rows: &[PathRow]) -> Result<(), ResultsError> {
+    let whole_milliseconds = rows.iter().all(|row| (row.time_s * 1e3 - (row.time_s * 1e3).round()).abs() < 1e-4);
+    let time_decimals = if whole_milliseconds { 3 } else { 6 };
+    write_atomically(path, |file| {
+        let mut csv = csv::Writer::from_writer(file);
+        csv.write_record(COLUMNS)?;
+        for row in rows {
+            csv.write_record(&cells(row, time_decimals)?)?;
+        }
+        csv.flush()
+    })
+}
+
+fn cells(row: &PathRow, time_decimals: usize) -> std::io::Result<Vec<String>> {
+    let cell = |value: Option<f64>, decimals: usize| match value {
+        None => Ok(String::new()),
+        Some(value) if value.is_finite() => Ok(fixed(value, decimals)),
+        Some(value) => Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame))),
+    };
+    Ok(vec![
+        row.frame.to_string(),
+        row.file.clone(),
+        cell(Some(row.time_s), time_decimals)?,
+        row.status.name().to_owned(),
+        cell(row.kcf_u_px, PX_DECIMALS)?,
+        cell(row.kcf_v_px, PX_DECIMALS)?,
+        cell(row.psr, PSR_DECIMALS)?,
+        u8::from(row.template_updated).to_string(),
+        cell(row.u_px, PX_DECIMALS)?,
+        cell(row.v_px, PX_DECIMALS)?,
+        cell(row.x_mm, MM_DECIMALS)?,
+        cell(row.x_std_mm, MM_DECIMALS)?,
+        cell(row.nis, NIS_DECIMALS)?,
+        cell(row.smooth_u_px, PX_DECIMALS)?,
+        cell(row.smooth_v_px, PX_DECIMALS)?,
+        cell(row.smooth_x_mm, MM_DECIMALS)?,
+        cell(row.smooth_x_std_mm, MM_DECIMALS)?,
+    ])
+}
+
+/// `value` with `decimals` decimals, without a negative zero.
+pub(crate) fn fixed(value: f64, decimals: usize) -> String {
+    let text = format!("{value:.decimals$}");
+    match text.strip_prefix('-') {
+        Some(digits) if digits.bytes().all(|b| b == b'0' || b == b'.') => digits.to_owned(),
+        _ => text,
+    }
+}
+
+/// Read `path.csv`.
+///
+/// # Errors
+/// When the file cannot be read, a column is missing, a cell is malformed or not finite, or the frames do not count
+/// from 0.
+pub fn read_path_csv(path: &Path) -> Result<Vec<PathRow>, ResultsError> {
+    let file = std::fs::File::open(path).map_err(|source| ResultsError::Read { path: path.to_owned(), source })?;
+    let mut rows: Vec<PathRow> = Vec::new();
+    for row in csv::Reader::from_reader(std::io::BufReader::new(file)).deserialize() {
+        let row: PathRow = row.map_err(|error| ResultsError::content(path, error))?;
+        if row.frame != rows.len() {
+            let expected = rows.len();
+            let problem = format!("frame {} stands where {expected} is due; frames count from 0", row.frame);
+            return Err(ResultsError::content(path, problem));
+        }
+        if !numbers(&row).into_iter().flatten().all(f64::is_finite) {
+            let problem = format!("frame {} has a value that is not finite; leave the cell empty", row.frame);
+            return Err(ResultsError::content(path, problem));
+        }
+        rows.push(row);
+    }
+    Ok(rows)
+}
+
+fn numbers(row: &PathRow) -> [Option<f64>; 13] {
+    [
+        Some(row.time_s),
+        row.kcf_u_px,
+        row.kcf_v_px,
+        row.psr,
+        row.u_px,
+        row.v_px,
+        row.x_mm,
+        row.x_std_mm,
+        row.nis,
+        row.smooth_u_px,
+        row.smooth_v_px,
+        row.smooth_x_mm,
+        row.smooth_x_std_mm,
+    ]
+}
+
+fn zero_or_one<'de, D: Deserializer<'de>>(cell: D) -> Result<bool, D::Error> {
+    match u8::deserialize(cell)? {
+        0 => Ok(false),
+        1 => Ok(true),
+        other => Err(serde::de::Error::custom(format!("expected 0 or 1, got {other}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tracked(frame: usize, time_s: f64) -> PathRow {
+        PathRow {
+            u_px: Some(320.123_45),
+            v_px: Some(200.0),
+            x_mm: Some(-0.000_01),
+            x_std_mm: Some(0.012),
+            nis: Some(1.5),
+            psr: Some(11.25),
+            template_updated: true,
+            ..PathRow::empty(frame, format!("{frame:04}.png"), time_s, Status::Tracked)
+        }
+    }
+
+    fn written(rows: &[PathRow]) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("path.csv");
+        write_path_csv(&path, rows).unwrap();
+        std::fs::read_to_string(path).unwrap()
+    }
+
+    #[test]
+    fn cells_have_fixed_decimals_and_are_empty_without_a_value() {
+        let text = written(&[tracked(0, 0.0), PathRow::empty(1, "a,b.png".into(), 0.2, Status::Lost)]);
+        let lines: Vec<_> = text.lines().collect();
+        assert_eq!(
+            lines[0],
+            "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
+             smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm"
+        );
+        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,");
+        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,");
+    }
+
+    #[test]
+    fn irregular_time_stamps_have_six_decimals() {
+        assert!(written(&[tracked(0, 0.0), tracked(1, 0.033_367)]).contains(",0.033367,tracked"));
+    }
+
+    #[test]
+    fn reading_gives_back_what_was_written_and_ignores_columns_added_at_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("path.csv");
+        let row = PathRow { u_px: Some(1.5), x_mm: Some(0.25), ..tracked(0, 0.2) };
+        write_path_csv(&path, std::slice::from_ref(&row)).unwrap();
+        assert_eq!(read_path_csv(&path).unwrap(), [row.clone()]);
+        let wider: String = std::fs::read_to_string(&path)
+            .unwrap()
+            .lines()
+            .zip(["gap_px", "3.5"])
+            .map(|(line, cell)| format!("{line},{cell}\n"))
+            .collect();
+        std::fs::write(&path, wider).unwrap();
+        assert_eq!(read_path_csv(&path).unwrap(), [row]);
+    }
+
+    #[test]
+    fn a_value_that_is_not_finite_is_refused_both_ways() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("path.csv");
+        let row = PathRow { psr: Some(f64::NAN), ..tracked(0, 0.0) };
+        assert!(write_path_csv(&path, &[row]).is_err());
+        write_path_csv(&path, &[tracked(0, 0.0)]).unwrap();
+        let poisoned = std::fs::read_to_string(&path).unwrap().replace("11.250", "NaN");
+        std::fs::write(&path, poisoned).unwrap();
+        assert!(read_path_csv(&path).unwrap_err().to_string().contains("not finite"));
+    }
+
+    #[test]
+    fn a_missing_frame_is_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("path.csv");
+        write_path_csv(&path, &[tracked(0, 0.0), tracked(2, 0.2)]).unwrap();
+        assert!(read_path_csv(&path).unwrap_err().to_string().contains("frame 2 stands where 1 is due"));
+    }
+}

@@ -1,0 +1,220 @@
+//! `summary.json`: what a run was, in numbers.
+//!
+//! Keys may be added; a key that goes or changes its meaning takes a new [`SCHEMA_VERSION`]. Timing is the only part
+//! that may differ between two equal runs.
+
+use std::io::Write;
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use super::atomic::{ResultsError, write_atomically};
+use super::results::Estimator;
+use crate::eval::Errors;
+use crate::units::{MmPerPx, StripeAxis};
+
+/// Version of `summary.json` and `path.csv` together.
+pub const SCHEMA_VERSION: u32 = 1;
+
+/// The content of `summary.json`.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Summary {
+    /// [`SCHEMA_VERSION`] of the writer.
+    pub schema_version: u32,
+    /// `seamtrack x.y.z`.
+    pub program: String,
+    /// What was read.
+    pub input: Input,
+    /// The effective configuration, as it stands in the TOML file.
+    pub config: Value,
+    /// The scale and the axis that turn pixels into millimetres.
+    pub calibration: Calibration,
+    /// Limits drawn in the plots.
+    #[serde(default)]
+    pub limits: Limits,
+    /// Frames by status.
+    pub frames: FrameCounts,
+    /// The kind of joint and how it was decided.
+    pub joint: Joint,
+    /// How long it took.
+    pub timing: Timing,
+    /// Errors against the truth, if it is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub errors: Option<ErrorTable>,
+}
+
+/// What was read.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Input {
+    /// The path as the user gave it.
+    pub path: String,
+    /// Columns of a frame \[px\].
+    pub width_px: usize,
+    /// Rows of a frame \[px\].
+    pub height_px: usize,
+    /// Anything else worth saying (kind, 16-bit scale …).
+    #[serde(flatten)]
+    pub more: Map<String, Value>,
+}
+
+/// The scale and the axis of a run.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Calibration {
+    /// Scale along the stripe \[mm/px\].
+    pub mm_per_px: MmPerPx,
+    /// Which way the stripe runs.
+    pub stripe: StripeAxis,
+    /// Coordinate along the stripe where `x_mm` is 0 \[px\]; absent when nothing was tracked.
+    pub origin_px: Option<f64>,
+    /// Where the scale comes from, in words.
+    pub source: String,
+    /// Anything else worth saying (camera, laser plane …).
+    #[serde(flatten)]
+    pub more: Map<String, Value>,
+}
+
+/// Limits that give the plots and the verdict their meaning.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+pub struct Limits {
+    /// Below this PSR the template does not learn.
+    pub psr: Option<f64>,
+    /// Above this NIS an observation is inflated or rejected.
+    pub nis: Option<f64>,
+    /// `--max-unavailable` \[% of the frames\].
+    pub max_unavailable_pct: Option<f64>,
+}
+
+/// Frames by status. `repeated` and `saturated` frames are counted under their status as well.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the fields are the statuses of `path.csv`")]
+pub struct FrameCounts {
+    pub total: usize,
+    pub seeking: usize,
+    pub tracked: usize,
+    pub coasting: usize,
+    pub lost: usize,
+    pub unreadable: usize,
+    /// Frames equal to their predecessor byte for byte.
+    pub repeated: usize,
+    /// Frames whose stripe is mostly at full scale.
+    pub saturated: usize,
+}
+
+/// The kind of joint.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Joint {
+    /// butt, lap, vgroove, fillet, or none.
+    pub kind: String,
+    /// The frame of the decision, if one was made.
+    pub decided_at_frame: Option<usize>,
+    /// Why, in one sentence.
+    pub reason: String,
+}
+
+/// How long a run took.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct Timing {
+    /// Reading and decoding one frame.
+    pub decode_ms: Percentiles,
+    /// One step of the tracker.
+    pub track_ms: Percentiles,
+    /// Frames by wall clock.
+    pub frames_per_second: f64,
+}
+
+/// Percentiles of a duration \[ms\].
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the fields are their own names")]
+pub struct Percentiles {
+    pub p50: f64,
+    pub p99: f64,
+    pub max: f64,
+}
+
+impl Percentiles {
+    /// Nearest-rank percentiles of `durations_ms`; zeros when there are none.
+    #[must_use]
+    pub fn of(durations_ms: &[f64]) -> Self {
+        let mut sorted = durations_ms.to_vec();
+        sorted.sort_by(f64::total_cmp);
+        let at = |share: f64| {
+            let rank = (share * sorted.len() as f64).ceil() as usize;
+            sorted.get(rank.saturating_sub(1)).copied().unwrap_or(0.0)
+        };
+        Self { p50: at(0.5), p99: at(0.99), max: at(1.0) }
+    }
+}
+
+/// Errors of the three estimates.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[expect(missing_docs, reason = "the fields are the estimators of `path.csv`")]
+pub struct ErrorTable {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kcf: Option<Errors>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub filtered: Option<Errors>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub smoothed: Option<Errors>,
+}
+
+impl ErrorTable {
+    /// The errors of one estimator.
+    #[must_use]
+    pub const fn of(&self, estimator: Estimator) -> Option<&Errors> {
+        match estimator {
+            Estimator::Kcf => self.kcf.as_ref(),
+            Estimator::Filtered => self.filtered.as_ref(),
+            Estimator::Smoothed => self.smoothed.as_ref(),
+        }
+    }
+}
+
+/// Write `summary.json`. Numbers of errors and timing are rounded to [`DECIMALS`].
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError> {
+    write_atomically(path, |file| {
+        let mut value = serde_json::to_value(summary)?;
+        for key in ["timing", "errors"] {
+            value.get_mut(key).into_iter().for_each(round);
+        }
+        serde_json::to_writer_pretty(&mut *file, &value)?;
+        file.write_all(b"\n")
+    })
+}
+
+/// Decimals of millimetres and milliseconds in `summary.json`: a nanometre, far below any error.
+pub const DECIMALS: i32 = 6;
+
+fn round(value: &mut Value) {
+    match value {
+        Value::Number(number) if number.is_f64() => {
+            let scale = 10_f64.powi(DECIMALS);
+            let rounded = number.as_f64().map(|x| (x * scale).round() / scale + 0.0);
+            if let Some(rounded) = rounded.and_then(serde_json::Number::from_f64) {
+                *number = rounded;
+            }
+        }
+        Value::Object(map) => map.values_mut().for_each(round),
+        Value::Array(list) => list.iter_mut().for_each(round),
+        _ => {}
+    }
+}
+
+/// Read `summary.json`.
+///
+/// # Errors
+/// When the file cannot be read, or is not a summary of this schema version.
+pub fn read_summary(path: &Path) -> Result<Summary, ResultsError> {
+    let text = std::fs::read_to_string(path).map_err(|source| ResultsError::Read { path: path.to_owned(), source })?;
+    let value: Value = serde_json::from_str(&text).map_err(|error| ResultsError::content(path, error))?;
+    let version = value.get("schema_version").and_then(Value::as_u64);
+    if version != Some(u64::from(SCHEMA_VERSION)) {
+        let found = version.map_or("none".to_owned(), |v| v.to_string());
+        let problem = format!("schema version {found}, this program reads {SCHEMA_VERSION}; track the recording again");
+        return Err(ResultsError::content(path, problem));
+    }
+    serde_json::from_value(value).map_err(|error| ResultsError::content(path, error))
+}
