@@ -84,6 +84,21 @@ impl ColouredMeasurement {
         Ok(Self { acceleration_variance_px2_s4, ..self })
     }
 
+    /// The same model with another variance R of the white measurement noise \[px²\].
+    ///
+    /// # Errors
+    /// When it is negative or not finite, or leaves the model without measurement noise.
+    pub fn with_white_variance(self, white_variance_px2: f64) -> Result<Self, InvalidParameter> {
+        let model = Self::new(
+            self.acceleration_variance_px2_s4,
+            self.colour_drive_variance_px2,
+            self.colour_coefficient,
+            white_variance_px2,
+            self.period_s,
+        )?;
+        Ok(Self { velocity_variance_px2_s2: self.velocity_variance_px2_s2, ..model })
+    }
+
     /// The same model with another variance of the velocity at the start \[px²/s²\].
     ///
     /// # Errors
@@ -91,6 +106,30 @@ impl ColouredMeasurement {
     pub fn with_velocity_variance(self, velocity_variance_px2_s2: f64) -> Result<Self, InvalidParameter> {
         not_negative("the start velocity's variance [px²/s²]", velocity_variance_px2_s2)?;
         Ok(Self { velocity_variance_px2_s2, ..self })
+    }
+
+    /// The variance σω² of the acceleration \[px²/s⁴\].
+    #[must_use]
+    pub const fn acceleration_variance_px2_s4(&self) -> f64 {
+        self.acceleration_variance_px2_s4
+    }
+
+    /// The variance σξ² that drives the coloured noise each period \[px²\].
+    #[must_use]
+    pub const fn colour_drive_variance_px2(&self) -> f64 {
+        self.colour_drive_variance_px2
+    }
+
+    /// The coloured noise's coefficient ψ a period.
+    #[must_use]
+    pub const fn colour_coefficient(&self) -> f64 {
+        self.colour_coefficient
+    }
+
+    /// The velocity's variance at the start \[px²/s²\].
+    #[must_use]
+    pub const fn velocity_variance_px2_s2(&self) -> f64 {
+        self.velocity_variance_px2_s2
     }
 
     /// The variance of the coloured noise itself, σξ²/(1 − ψ²) \[px²\].

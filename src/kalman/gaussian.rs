@@ -43,9 +43,11 @@ pub struct Update<const N: usize, const M: usize> {
     pub posterior: Gaussian<N>,
     /// z − H x, row by row; none where the row was not measured.
     pub innovation: [Option<f64>; M],
-    /// Covariance of the innovation as used (inflated where the gate was). A row not measured has 1 on the diagonal
-    /// and 0 elsewhere.
+    /// Covariance of the innovation as used, inflated where the gate was. A row not measured stands uncorrelated
+    /// beside the others and means nothing.
     pub S: SMatrix<f64, M, M>,
+    /// Inverse of [`Update::S`].
+    pub S_inverse: SMatrix<f64, M, M>,
     /// Gain as used, N×M; zero in the column of a row not measured.
     pub K: SMatrix<f64, N, M>,
     /// Normalised innovation squared eᵀ S⁻¹ e before any inflation; none when nothing was measured.
@@ -111,8 +113,16 @@ impl<const N: usize> Gaussian<N> {
             }
         }
         if rows == 0 {
-            let (S, K) = (SMatrix::identity(), SMatrix::zeros());
-            return Ok(Update { posterior: *self, innovation, S, K, nis: None, log_likelihood: 0.0, weight: 1.0 });
+            return Ok(Update {
+                posterior: *self,
+                innovation,
+                S: SMatrix::identity(),
+                S_inverse: SMatrix::identity(),
+                K: SMatrix::zeros(),
+                nis: None,
+                log_likelihood: 0.0,
+                weight: 1.0,
+            });
         }
         let PHt = self.P * H.transpose();
         let S = symmetric(H * PHt + R);
@@ -127,11 +137,11 @@ impl<const N: usize> Gaussian<N> {
         let rows = rows as f64;
         let log_det = 2.0 * cholesky.l_dirty().diagonal().map(f64::ln).sum() - rows * weight.ln();
         let log_likelihood = -0.5 * (nis * weight + log_det + rows * TAU.ln());
-        let S = if weight < 1.0 { S / weight } else { S };
         Ok(Update {
             posterior: Self { x: self.x + K * e, P },
             innovation,
-            S,
+            S: S / weight,
+            S_inverse: cholesky.inverse() * weight,
             K,
             nis: Some(nis),
             log_likelihood,

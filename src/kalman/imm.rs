@@ -1,5 +1,4 @@
 //! Interacting multiple models: a straight seam, a bending one and a corner at once (Blom and Bar-Shalom 1988).
-#![expect(non_snake_case, reason = "matrices carry the literature's letters")]
 
 use nalgebra::{SMatrix, SVector};
 
