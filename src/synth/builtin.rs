@@ -1,0 +1,85 @@
+//! The built-in scenes: the text files of `fixtures/scenarios`, and each joint's family from clean to severe.
+
+use super::scenario::{Scenario, ScenarioError, Severity};
+
+macro_rules! built_in {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../fixtures/scenarios/", $name, ".toml")))),*]
+    };
+}
+
+/// Scenes A to K of the method's description, then those that cover what they do not.
+const SCENES: [(&str, &str); 22] = built_in![
+    "A-butt",
+    "B-lap",
+    "C-butt-severe",
+    "C-lap-severe",
+    "D-vgroove-sine",
+    "E-fillet",
+    "F-lap-false-stripe",
+    "G-butt-widening",
+    "H-butt-covers",
+    "I-butt-heavy",
+    "J-lap-heavy",
+    "K-butt-narrow",
+    "flat",
+    "tack",
+    "joint-start-end",
+    "hi-lo",
+    "corner",
+    "recorder",
+    "hairline",
+    "hairline-arc",
+    "demo-butt",
+    "large",
+];
+
+/// A family's name and the scene it is made from.
+const FAMILIES: [(&str, &str); 5] = [
+    ("butt", "A-butt"),
+    ("lap", "B-lap"),
+    ("vgroove", "D-vgroove-sine"),
+    ("fillet", "E-fillet"),
+    ("hairline", "hairline-arc"),
+];
+
+const LEVELS: [(&str, Severity); 5] = [
+    ("clean", Severity::Clean),
+    ("mild", Severity::Mild),
+    ("medium", Severity::Medium),
+    ("severe", Severity::Severe),
+    ("heavy", Severity::Heavy),
+];
+
+/// All names: the scenes, then `butt-clean`, `butt-mild` and so on.
+#[must_use]
+pub fn names() -> Vec<String> {
+    let levels =
+        FAMILIES.iter().flat_map(|(family, _)| LEVELS.iter().map(move |(level, _)| format!("{family}-{level}")));
+    SCENES.iter().map(|(name, _)| (*name).to_owned()).chain(levels).collect()
+}
+
+/// A built-in scene by its name; case does not matter, and the letter alone is enough where only one scene has it.
+///
+/// # Errors
+/// When there is no such scene.
+pub fn scenario(name: &str) -> Result<Scenario, ScenarioError> {
+    if let Some((found, text)) = SCENES.iter().find(|(scene, _)| scene.eq_ignore_ascii_case(name)) {
+        return Scenario::from_toml(text, found);
+    }
+    for (family, origin) in FAMILIES {
+        for (level, severity) in LEVELS {
+            if format!("{family}-{level}").eq_ignore_ascii_case(name) {
+                let origin = scenario(origin)?;
+                let description = format!("{family} joint, {level}: {}", origin.description);
+                return Ok(Scenario { description, severity, ..origin });
+            }
+        }
+    }
+    let is_letter = |scene: &str| scene.split_once('-').is_some_and(|(letter, _)| letter.eq_ignore_ascii_case(name));
+    let mut lettered = SCENES.iter().filter(|(scene, _)| is_letter(scene));
+    match (lettered.next(), lettered.next()) {
+        (Some((found, text)), None) if name.len() == 1 => Scenario::from_toml(text, found),
+        _ => Err(ScenarioError::Unknown(name.to_owned())),
+    }
+}

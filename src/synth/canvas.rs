@@ -1,0 +1,92 @@
+//! Light on the sensor before it is quantised, in the stripe's frame: columns run along the stripe.
+
+/// Light in grey values, not limited above.
+#[derive(Debug, Clone)]
+pub(super) struct Canvas {
+    width_px: usize,
+    height_px: usize,
+    light: Vec<f32>,
+}
+
+impl Canvas {
+    /// A canvas of one grey value.
+    pub(super) fn filled(width_px: usize, height_px: usize, grey: f32) -> Self {
+        Self { width_px, height_px, light: vec![grey; width_px * height_px] }
+    }
+
+    /// Extent along the stripe.
+    pub(super) const fn width_px(&self) -> usize {
+        self.width_px
+    }
+
+    /// Extent across the stripe.
+    pub(super) const fn height_px(&self) -> usize {
+        self.height_px
+    }
+
+    /// All values, row by row.
+    pub(super) fn light(&self) -> &[f32] {
+        &self.light
+    }
+
+    /// Applies `change(column, row, value)` to every pixel.
+    pub(super) fn change(&mut self, change: impl Fn(usize, usize, &mut f32)) {
+        for (row, line) in self.light.chunks_exact_mut(self.width_px).enumerate() {
+            for (column, value) in line.iter_mut().enumerate() {
+                change(column, row, value);
+            }
+        }
+    }
+
+    /// Adds light to one pixel; outside the canvas nothing happens.
+    pub(super) fn add(&mut self, column: i64, row: i64, grey: f32) {
+        if (0..self.width_px as i64).contains(&column) && (0..self.height_px as i64).contains(&row) {
+            self.light[row as usize * self.width_px + column as usize] += grey;
+        }
+    }
+
+    /// Applies `change(field, value)` to every pixel, the field computed on a grid of `cell_px` and interpolated
+    /// bilinearly: for fields that are smooth over many pixels.
+    pub(super) fn change_by_field(
+        &mut self,
+        cell_px: usize,
+        field: impl Fn(f64, f64) -> f32,
+        change: impl Fn(f32, &mut f32),
+    ) {
+        let columns = self.width_px / cell_px + 2;
+        let rows = self.height_px / cell_px + 2;
+        let grid: Vec<f32> = (0..rows)
+            .flat_map(|j| (0..columns).map(move |i| ((i * cell_px) as f64, (j * cell_px) as f64)))
+            .map(|(x, y)| field(x, y))
+            .collect();
+        let cell = cell_px as f32;
+        let mut line = vec![0.0_f32; columns];
+        for (row, pixels) in self.light.chunks_exact_mut(self.width_px).enumerate() {
+            let (j, fraction) = (row / cell_px, (row % cell_px) as f32 / cell);
+            for (i, value) in line.iter_mut().enumerate() {
+                let (above, below) = (grid[j * columns + i], grid[(j + 1) * columns + i]);
+                *value = above + (below - above) * fraction;
+            }
+            for (i, cells) in pixels.chunks_mut(cell_px).enumerate() {
+                let (left, slope) = (line[i], (line[i + 1] - line[i]) / cell);
+                for (k, value) in cells.iter_mut().enumerate() {
+                    change(left + slope * k as f32, value);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_linear_field_is_interpolated_exactly() {
+        let mut canvas = Canvas::filled(37, 21, 0.0);
+        canvas.change_by_field(8, |x, y| (x + 2.0 * y) as f32, |field, value| *value = field);
+        for (i, &value) in canvas.light().iter().enumerate() {
+            assert!((value - ((i % 37) + 2 * (i / 37)) as f32).abs() < 1e-3);
+        }
+    }
+}

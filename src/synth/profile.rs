@@ -1,0 +1,247 @@
+//! What the laser plane meets: for each column of the image the rows at which the stripe appears.
+
+use super::draw::Drawn;
+use super::noise::{Component, SmoothNoise};
+use super::scenario::{Butt, Fillet, Hairline, Joint, Lap, Tack, Vgroove};
+use super::timeline::Moment;
+
+/// One continuous line of light, a value for each column.
+#[derive(Debug, Clone)]
+pub(super) struct Branch {
+    /// Row of the ridge \[px\].
+    pub(super) row_px: Vec<f32>,
+    /// Brightness relative to the stripe's amplitude; 0 where there is no light.
+    pub(super) gain: Vec<f32>,
+    /// Width relative to the stripe's.
+    pub(super) width: Vec<f32>,
+}
+
+/// The base line of the stripe on the plates and the joint's place on it.
+#[derive(Debug, Clone)]
+pub(super) struct Base {
+    /// Columns of the image.
+    pub(super) columns: usize,
+    /// Row of the stripe in the middle of the image \[px\].
+    pub(super) row_px: f64,
+    /// \[px/px\].
+    pub(super) tilt: f64,
+    /// \[px\] at the image's ends.
+    pub(super) sag_px: f64,
+}
+
+impl Base {
+    /// Row of the undisturbed plates at a column \[px\].
+    pub(super) fn at(&self, x: f64) -> f64 {
+        let half = 0.5 * self.columns as f64;
+        let from_centre = x - half;
+        self.row_px + self.tilt * from_centre + self.sag_px * (from_centre / half).powi(2)
+    }
+}
+
+/// Blur of an edge along the stripe by the optics, standard deviation \[px\] (chosen: a lens with a good focus).
+const EDGE_BLUR_PX: f64 = 0.7;
+/// Length over which bent edges droop \[px\] (chosen).
+const BENT_LENGTH_PX: f64 = 11.0;
+/// Width of a V-groove's flanks relative to the plates' stripe: read off a real frame.
+const FLANK_WIDTH: f64 = 0.75;
+
+/// 0 before the edge, 1 behind it: the logistic approximation of a blurred edge.
+fn beyond(distance_px: f64) -> f64 {
+    1.0 / (1.0 + (-1.702 * distance_px / EDGE_BLUR_PX).exp())
+}
+
+/// A smooth ramp: 0 before, `x` behind, rounded over `round`.
+fn softplus(x: f64, round: f64) -> f64 {
+    if round <= 0.0 { x.max(0.0) } else { round * ((-(x / round).abs()).exp().ln_1p()) + x.max(0.0) }
+}
+
+fn branch(columns: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
+    let mut branch = Branch { row_px: vec![0.0; columns], gain: vec![0.0; columns], width: vec![1.0; columns] };
+    for x in 0..columns {
+        let (row, gain, width) = at(x as f64);
+        branch.row_px[x] = row as f32;
+        branch.gain[x] = gain as f32;
+        branch.width[x] = width as f32;
+    }
+    branch
+}
+
+/// The branches of a frame. `fraction` is how much of the recording has passed, `joint` is `Flat` outside the joint's
+/// extent.
+pub(super) fn branches(
+    drawn: &Drawn,
+    joint: &Joint,
+    tack: Option<&Tack>,
+    base: &Base,
+    moment: &Moment,
+    fraction: f64,
+    seed: u64,
+) -> Vec<Branch> {
+    let frame = Frame { base, u: moment.along_px, ragged: moment.raggedness_px, gains: drawn.plate_gains, fraction };
+    let mut branches = match (tack, joint) {
+        (Some(tack), joint) => frame.tack(tack, joint),
+        (None, Joint::Butt(joint)) => frame.butt(joint),
+        (None, Joint::Lap(joint)) => frame.lap(joint),
+        (None, Joint::Vgroove(joint)) => frame.vgroove(joint),
+        (None, Joint::Fillet(joint)) => frame.fillet(joint),
+        (None, Joint::Hairline(joint)) => frame.hairline(joint, moment.tick, seed),
+        (None, Joint::Flat) => vec![branch(base.columns, |x| (base.at(x), drawn.plate_gains[0], 1.0))],
+    };
+    if let Some(stripe) = &drawn.scenario.false_stripe {
+        let copies: Vec<Branch> = branches
+            .iter()
+            .map(|original| {
+                branch(base.columns, |x| {
+                    let source = (x - stripe.shift_px).round().clamp(0.0, base.columns as f64 - 1.0) as usize;
+                    let row = f64::from(original.row_px[source]) + stripe.offset_px;
+                    (row, stripe.strength * f64::from(original.gain[source]), 1.2)
+                })
+            })
+            .collect();
+        branches.extend(copies);
+    }
+    branches
+}
+
+/// Where the seam's row lies below the base line \[px\]: the truth of v.
+pub(super) fn truth_below_base_px(joint: &Joint) -> f64 {
+    match joint {
+        Joint::Vgroove(j) => j.depth_px,
+        Joint::Butt(_) | Joint::Lap(_) | Joint::Fillet(_) | Joint::Hairline(_) | Joint::Flat => 0.0,
+    }
+}
+
+/// Visible opening of the joint \[px\], where it has one: the truth of the gap.
+pub(super) fn truth_gap_px(joint: &Joint, fraction: f64) -> Option<f64> {
+    match joint {
+        Joint::Butt(j) => Some(j.gap_px.at(fraction)),
+        Joint::Vgroove(j) => Some(j.root_gap_px.at(fraction)),
+        Joint::Lap(_) | Joint::Fillet(_) | Joint::Hairline(_) | Joint::Flat => None,
+    }
+}
+
+struct Frame<'a> {
+    base: &'a Base,
+    u: f64,
+    ragged: [f64; 2],
+    gains: [f64; 2],
+    fraction: f64,
+}
+
+impl Frame<'_> {
+    fn branch(&self, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
+        branch(self.base.columns, at)
+    }
+
+    fn butt(&self, joint: &Butt) -> Vec<Branch> {
+        let half_gap = 0.5 * joint.gap_px.at(self.fraction);
+        let half_hi_lo = 0.5 * joint.hi_lo_px.at(self.fraction);
+        let left = self.u - half_gap + self.ragged[0];
+        let right = self.u + half_gap + self.ragged[1];
+        let droop = |distance: f64| joint.bent_edge_px * (-distance.max(0.0) / BENT_LENGTH_PX).exp();
+        vec![
+            self.branch(|x| (self.base.at(x) + half_hi_lo + droop(left - x), self.gains[0] * beyond(left - x), 1.0)),
+            self.branch(|x| (self.base.at(x) - half_hi_lo + droop(x - right), self.gains[1] * beyond(x - right), 1.0)),
+            self.branch(|x| {
+                let gain = joint.floor_reflectance * beyond(x - left) * beyond(right - x);
+                (self.base.at(x) + joint.depth_px, gain, 1.1)
+            }),
+        ]
+    }
+
+    fn lap(&self, joint: &Lap) -> Vec<Branch> {
+        let half_step = 0.5 * joint.step_px.at(self.fraction);
+        let left = self.u - 0.5 * joint.shadow_px + self.ragged[0];
+        let right = self.u + 0.5 * joint.shadow_px + self.ragged[1];
+        let glint = |distance: f64| 1.0 + joint.glint * (-((distance - 1.5) / 1.5).powi(2)).exp();
+        let sides = if joint.upper_on_right { [half_step, -half_step] } else { [-half_step, half_step] };
+        let glints = if joint.upper_on_right { [0.0, 1.0] } else { [1.0, 0.0] };
+        let lit = |side: usize, distance: f64| {
+            self.gains[side] * beyond(distance) * (1.0 + glints[side] * (glint(distance) - 1.0))
+        };
+        vec![
+            self.branch(|x| (self.base.at(x) + sides[0], lit(0, left - x), 1.0)),
+            self.branch(|x| (self.base.at(x) + sides[1], lit(1, x - right), 1.0)),
+        ]
+    }
+
+    fn vgroove(&self, joint: &Vgroove) -> Vec<Branch> {
+        let half_root = 0.5 * joint.root_gap_px.at(self.fraction);
+        let half_hi_lo = 0.5 * joint.hi_lo_px.at(self.fraction);
+        // `inward` is the distance from the shoulder towards the root; each flank is shifted as a whole.
+        let side = |index: usize, root: f64, sign: f64, plate: f64| {
+            self.branch(|x| {
+                let to_root = sign * (root - x);
+                let inward = joint.half_width_px - to_root;
+                let slope = (joint.depth_px - plate) / joint.half_width_px;
+                let flank = beyond(inward / 2.0);
+                let gain =
+                    self.gains[index] * (1.0 + (joint.flank_reflectance - 1.0) * flank) * beyond(to_root - half_root);
+                (self.base.at(x) + plate + slope * softplus(inward, 0.8), gain, 1.0 + (FLANK_WIDTH - 1.0) * flank)
+            })
+        };
+        vec![side(0, self.u + self.ragged[0], 1.0, half_hi_lo), side(1, self.u + self.ragged[1], -1.0, -half_hi_lo)]
+    }
+
+    fn fillet(&self, joint: &Fillet) -> Vec<Branch> {
+        let corner = self.base.at(self.u);
+        let row = |t: f64| {
+            corner + joint.left_slope * t + (joint.right_slope - joint.left_slope) * softplus(t, joint.toe_px / 4.0)
+        };
+        let sag = |x: f64| self.base.at(x) - corner - self.base.tilt * (x - self.u);
+        vec![
+            self.branch(|x| {
+                let t = x - self.u;
+                let right = beyond(t / 2.0);
+                (row(t) + sag(x), self.gains[0] + (self.gains[1] - self.gains[0]) * right, 1.0)
+            }),
+            self.branch(|x| {
+                let t = x - self.u;
+                (row(t) + sag(x), 0.35 * joint.inner_reflection * (-t.abs() / 25.0).exp(), 3.0)
+            }),
+        ]
+    }
+
+    fn hairline(&self, joint: &Hairline, tick: usize, seed: u64) -> Vec<Branch> {
+        // Dip, bump, step and glint come and go within tens of frames, each on its own.
+        let look = |number: u64| {
+            f64::from(SmoothNoise::new(seed, Component::Hairline, number).at(tick as f64 / 17.0, 0.0, 0.0))
+        };
+        let dip = joint.dip * (0.75 + 0.5 * look(0)).clamp(0.15, 1.5);
+        let bump = joint.bump_px * look(1);
+        let step = joint.step * (0.3 + 0.7 * look(2));
+        let glint = (0.8 * look(3)).max(0.0);
+        vec![self.branch(|x| {
+            let t = x - self.u;
+            let near = (-0.5 * (t / joint.width_px).powi(2)).exp();
+            let beside = (-0.5 * ((t - 2.5 * joint.width_px) / joint.width_px).powi(2)).exp();
+            let log_gain = -dip * near + glint * beside + 0.5 * step * (t / 1.5).tanh();
+            (self.base.at(x) + bump * near + 0.25 * bump * (t / 2.0).tanh(), self.gains[0] * log_gain.exp(), 1.0)
+        })]
+    }
+
+    fn tack(&self, tack: &Tack, joint: &Joint) -> Vec<Branch> {
+        // Height of the left and right plate below the base line.
+        let [left, right] = match joint {
+            // The bead rounds the corner out.
+            Joint::Fillet(fillet) => {
+                return self.fillet(&Fillet { toe_px: 1.5 * tack.half_width_px, ..fillet.clone() });
+            }
+            Joint::Butt(j) => [1.0, -1.0].map(|sign| sign * 0.5 * j.hi_lo_px.at(self.fraction)),
+            Joint::Vgroove(j) => [1.0, -1.0].map(|sign| sign * 0.5 * j.hi_lo_px.at(self.fraction)),
+            Joint::Lap(j) => {
+                [-1.0, 1.0].map(|sign| sign * if j.upper_on_right { -0.5 } else { 0.5 } * j.step_px.at(self.fraction))
+            }
+            Joint::Hairline(_) | Joint::Flat => [0.0, 0.0],
+        };
+        vec![self.branch(|x| {
+            let t = (x - self.u - 0.5 * (self.ragged[0] + self.ragged[1])) / tack.half_width_px;
+            let bead = (1.0 - t * t).max(0.0);
+            let on_bead = beyond((1.0 - t.abs()) * tack.half_width_px / 2.0);
+            let across = (0.5 + 0.5 * t).clamp(0.0, 1.0);
+            let plate = self.gains[0] + (self.gains[1] - self.gains[0]) * across;
+            let level = left + (right - left) * across;
+            (self.base.at(x) + level - tack.height_px * bead, plate * (1.0 - 0.45 * on_bead), 1.0 + 0.15 * on_bead)
+        })]
+    }
+}

@@ -1,0 +1,264 @@
+//! A scenario with a seed: frames and truth.
+
+use super::arc::{ArcLight, add_cover, add_smoke};
+use super::canvas::Canvas;
+use super::draw::{Drawn, drawn};
+use super::noise::{Component, SmoothNoise};
+use super::profile::{Base, branches, truth_below_base_px, truth_gap_px};
+use super::scenario::{Joint, Scenario, ScenarioError, Tack};
+use super::sensor::{expose, read_out};
+use super::spatter::add_spatter;
+use super::stripe::Illumination;
+use super::timeline::{Moment, Timeline, simulate};
+use crate::frame::GrayFrame;
+use crate::units::{PixelPoint, StripeAxis};
+
+/// How close a joint may come to the image's border \[px\].
+const MARGIN_PX: f64 = 12.0;
+/// How far the path's middle is moved from the image's middle at most, as a fraction of the room there is.
+const OFFSET_SHARE: f64 = 0.35;
+
+/// A scenario and a seed, ready to render any frame in any order from any thread.
+#[derive(Debug, Clone)]
+pub struct Scene {
+    drawn: Drawn,
+    seed: u64,
+    /// Extent along and across the stripe \[px\].
+    along_px: usize,
+    across_px: usize,
+    base_row_px: f64,
+    stripe_centre_px: f64,
+    arc: ArcLight,
+    timeline: Timeline,
+}
+
+/// What is true in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Truth {
+    /// Image coordinates of the seam centre \[px\]; none where there is no joint.
+    pub seam: Option<PixelPoint>,
+    /// Whether the seam is hidden: by a cover, or under a tack weld.
+    pub occluded: bool,
+    /// Visible opening \[px\] of a butt joint or a V-groove's root.
+    pub gap_px: Option<f64>,
+}
+
+impl Scene {
+    /// The scene of a scenario and a seed.
+    ///
+    /// # Errors
+    /// When a number of the scenario lies outside its range, or the joint would leave the image.
+    pub fn new(scenario: &Scenario, seed: u64) -> Result<Self, ScenarioError> {
+        scenario.check()?;
+        let drawn = drawn(scenario, seed);
+        let s = &drawn.scenario;
+        let (along_px, across_px) = match s.image.stripe {
+            StripeAxis::Horizontal => (s.image.width_px, s.image.height_px),
+            StripeAxis::Vertical => (s.image.height_px, s.image.width_px),
+        };
+        let middle = 0.5 * along_px as f64;
+        let reach = s.stripe.length_px.map_or(middle, |length| middle.min(0.5 * length)) - MARGIN_PX;
+        let (low, high) = simulate(&drawn, seed, 0.0).along.range_px();
+        let room = reach - 0.5 * (high - low);
+        let has_joint = !matches!(s.joint, Joint::Flat);
+        if has_joint && room < 0.0 {
+            return Err(ScenarioError::Invalid {
+                description: s.description.clone(),
+                problem: format!(
+                    "the path is {:.0} px long with this seed, but only {:.0} px of stripe are in the image: make the image or the stripe longer, or the path shorter",
+                    high - low,
+                    2.0 * reach
+                ),
+            });
+        }
+        let offset = (drawn.along_offset * OFFSET_SHARE * room.max(0.0)).clamp(-0.15 * middle, 0.15 * middle);
+        let timeline = simulate(&drawn, seed, middle + offset);
+        let base_row_px = 0.5 * across_px as f64 - 0.5 * truth_below_base_px(&s.joint)
+            + centring_px(&s.joint, along_px)
+            + 0.08 * across_px as f64 * drawn.across_offset;
+        let arc = ArcLight::new(&drawn.disturbances.arc, s.image.stripe, along_px, across_px, middle + offset);
+        Ok(Self { stripe_centre_px: middle, drawn, seed, along_px, across_px, base_row_px, arc, timeline })
+    }
+
+    /// Number of recorded frames.
+    #[must_use]
+    pub fn frame_count(&self) -> usize {
+        self.timeline.moments.len()
+    }
+
+    /// How the stripe runs.
+    #[must_use]
+    pub fn axis(&self) -> StripeAxis {
+        self.drawn.scenario.image.stripe
+    }
+
+    /// The scenario in this seed's own numbers.
+    #[must_use]
+    pub fn drawn_scenario(&self) -> &Scenario {
+        &self.drawn.scenario
+    }
+
+    /// Time stamp of a frame \[s\].
+    ///
+    /// # Panics
+    /// When `frame` is not below [`Self::frame_count`].
+    #[must_use]
+    pub fn timestamp_s(&self, frame: usize) -> f64 {
+        self.timeline.moments[frame].timestamp_s
+    }
+
+    /// Whether a frame repeats its predecessor.
+    ///
+    /// # Panics
+    /// When `frame` is not below [`Self::frame_count`].
+    #[must_use]
+    pub fn is_repeated(&self, frame: usize) -> bool {
+        frame > 0 && self.timeline.moments[frame].tick == self.timeline.moments[frame - 1].tick
+    }
+
+    /// What is true in a frame.
+    ///
+    /// # Panics
+    /// When `frame` is not below [`Self::frame_count`].
+    #[must_use]
+    pub fn truth(&self, frame: usize) -> Truth {
+        let moment = &self.timeline.moments[frame];
+        let joint = self.joint_at(moment);
+        if matches!(joint, Joint::Flat) {
+            return Truth { seam: None, occluded: false, gap_px: None };
+        }
+        let occluded = moment.cover.is_some() || self.tack_at(moment).is_some();
+        Truth {
+            seam: Some(self.axis().image_from_stripe(self.seam_in_stripe_frame(moment))),
+            occluded,
+            gap_px: truth_gap_px(joint, self.fraction(moment)),
+        }
+    }
+
+    /// Renders a frame: the same bytes on any thread in any order.
+    ///
+    /// # Panics
+    /// When `frame` is not below [`Self::frame_count`].
+    #[must_use]
+    pub fn render(&self, frame: usize) -> GrayFrame {
+        let moment = &self.timeline.moments[frame];
+        let (s, d) = (&self.drawn.scenario, &self.drawn.disturbances);
+        let tick = moment.tick;
+        let joint = self.joint_at(moment);
+        let mut canvas = Canvas::filled(self.along_px, self.across_px, s.sensor.background_grey as f32);
+        self.add_ambient(moment, &mut canvas);
+        let branches = branches(
+            &self.drawn,
+            joint,
+            self.tack_at(moment),
+            &self.base(moment),
+            moment,
+            self.fraction(moment),
+            self.seed,
+        );
+        Illumination { stripe: &s.stripe, centre_px: self.stripe_centre_px, tick, seed: self.seed }
+            .paint(&branches, &mut canvas);
+        add_smoke(&d.smoke, moment.opacity, moment.flicker, self.seed, tick, &mut canvas);
+        if let Some(number) = moment.cover {
+            let seam = self.seam_in_stripe_frame(moment);
+            add_cover(d.covers.half_width_px, number, seam, self.seed, tick, &mut canvas);
+        }
+        self.arc.add_glare(moment.flicker, &mut canvas);
+        if moment.flicker > 0.0 {
+            add_spatter(&d.spatter, moment.burst, self.arc.position, self.seed, tick, &mut canvas);
+        }
+        expose(&s.sensor, moment.exposure, &mut canvas);
+        #[expect(clippy::expect_used, reason = "a checked scenario's image has pixels")]
+        read_out(&s.sensor, self.axis(), self.seed, tick, &canvas).expect("the canvas has pixels")
+    }
+
+    /// How much of the recording has passed, 0 to 1.
+    fn fraction(&self, moment: &Moment) -> f64 {
+        moment.tick as f64 / (self.timeline.ticks.max(2) - 1) as f64
+    }
+
+    fn base(&self, moment: &Moment) -> Base {
+        let stripe = &self.drawn.scenario.stripe;
+        Base {
+            columns: self.along_px,
+            row_px: self.base_row_px + moment.across_px,
+            tilt: stripe.tilt,
+            sag_px: stripe.sag_px,
+        }
+    }
+
+    fn seam_in_stripe_frame(&self, moment: &Moment) -> PixelPoint {
+        let below = truth_below_base_px(&self.drawn.scenario.joint);
+        PixelPoint::new(moment.along_px, self.base(moment).at(moment.along_px) + below)
+    }
+
+    /// The joint at a camera frame, `Flat` outside its extent.
+    fn joint_at(&self, moment: &Moment) -> &Joint {
+        if self.exists_at(moment.tick as f64) { &self.drawn.scenario.joint } else { &Joint::Flat }
+    }
+
+    fn exists_at(&self, tick: f64) -> bool {
+        let extent = &self.drawn.scenario.extent;
+        extent.from_frame.is_none_or(|from| tick >= from as f64) && extent.to_frame.is_none_or(|to| tick < to as f64)
+    }
+
+    fn tack_at(&self, moment: &Moment) -> Option<&Tack> {
+        if matches!(self.joint_at(moment), Joint::Flat) {
+            return None;
+        }
+        self.drawn.scenario.tacks.iter().find(|tack| (tack.from_frame..tack.to_frame).contains(&moment.tick))
+    }
+
+    /// Plates in ambient light: stains that travel, and a hairline joint before and behind the stripe.
+    fn add_ambient(&self, moment: &Moment, canvas: &mut Canvas) {
+        let s = &self.drawn.scenario;
+        let tick = moment.tick as f64;
+        let travel_px = match &s.joint {
+            Joint::Hairline(hairline) => hairline.travel_px_per_frame,
+            _ => 3.0,
+        };
+        if s.sensor.texture_grey > 0.0 {
+            let stains = SmoothNoise::new(self.seed, Component::Texture, 1);
+            let texture = s.sensor.texture_grey as f32;
+            let stain = |x: f64, y: f64| {
+                let y = y - tick * travel_px;
+                texture * (stains.at(x / 60.0, y / 60.0, 0.0) + 0.5 * stains.at(x / 14.0, y / 14.0, 9.0))
+            };
+            canvas.change_by_field(8, stain, |stain, value| *value += stain);
+        }
+        if let Joint::Hairline(hairline) = &s.joint {
+            self.add_ambient_line(hairline.ambient_line_grey, travel_px, moment, canvas);
+        }
+    }
+
+    /// The joint in ambient light: what lies `w` rows beyond the stripe passed it `w / travel` frames ago or will.
+    fn add_ambient_line(&self, contrast_grey: f64, travel_px: f64, moment: &Moment, canvas: &mut Canvas) {
+        let tick = moment.tick as f64;
+        let contrast = SmoothNoise::new(self.seed, Component::Hairline, 9);
+        let shake = moment.along_px - self.timeline.along.at(tick);
+        let base = self.base(moment);
+        for row in 0..canvas.height_px() {
+            let passed = tick - (row as f64 - base.at(moment.along_px)) / travel_px;
+            if !self.exists_at(passed) {
+                continue;
+            }
+            let line = self.timeline.along.at(passed) + shake;
+            let here = contrast_grey * (0.8 + 0.6 * f64::from(contrast.at(passed / 9.0, 0.0, 0.0))).clamp(0.05, 1.6);
+            for column in (line as i64 - 6)..=(line as i64 + 7) {
+                let t = column as f64 - line;
+                let dark = -here * (-0.5 * (t / 1.1).powi(2)).exp();
+                let lip = 0.6 * here * (-0.5 * ((t - 2.6) / 1.0).powi(2)).exp();
+                canvas.add(column, row as i64, (dark + lip) as f32);
+            }
+        }
+    }
+}
+
+/// Moves joints that rise towards the image's ends so that they stay inside \[px\].
+fn centring_px(joint: &Joint, along_px: usize) -> f64 {
+    match joint {
+        Joint::Fillet(fillet) => 0.125 * (fillet.left_slope - fillet.right_slope) * along_px as f64,
+        Joint::Butt(butt) => -0.5 * butt.depth_px,
+        _ => 0.0,
+    }
+}
