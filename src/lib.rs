@@ -5,12 +5,14 @@
 //! `ARCHITECTURE.md` says which module may use which.
 
 pub mod calib;
+pub mod config;
 pub mod eval;
 pub mod frame;
 pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
 pub mod report;
+pub mod run;
 pub mod source;
 pub mod synth;
 pub mod tracker;

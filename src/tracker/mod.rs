@@ -1,1 +1,117 @@
-//! the seam tracker.
+//! The seam tracker: seed → locate → estimate. The only place where `imgproc`, `kcf` and `kalman` meet.
+//!
+//! A step is a pure call without I/O: [`Tracker::step`] takes a frame and its time stamp and gives an [`Estimate`].
+
+mod estimate;
+mod orientation;
+mod paper;
+
+pub use estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+pub use orientation::find_axis;
+pub use paper::{PaperSettings, PaperTracker};
+
+use crate::frame::GrayFrame;
+use crate::imgproc::{MedianError, SeamRoi};
+use crate::kalman::{InnovationNotPositive, InvalidParameter};
+use crate::kcf::KcfError;
+use crate::units::{PixelPoint, StripeAxis};
+
+/// Which method follows the seam.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Method {
+    /// The pipeline of Du 2022.
+    Paper(PaperSettings),
+}
+
+/// A tracker that cannot be built, or a step that failed.
+#[derive(Debug, thiserror::Error)]
+pub enum TrackerError {
+    /// A KCF setting is out of range.
+    #[error(transparent)]
+    Kcf(#[from] KcfError),
+    /// A noise parameter of the filter is out of range.
+    #[error(transparent)]
+    Kalman(#[from] InvalidParameter),
+    /// The filter's covariance broke down.
+    #[error(transparent)]
+    Innovation(#[from] InnovationNotPositive),
+    /// OpenCV failed.
+    #[error(transparent)]
+    Median(#[from] MedianError),
+}
+
+/// A method at work on frames of which the stripe is horizontal.
+trait Follow: Send {
+    /// The user knows where the seam is in the next frame.
+    fn seed_at(&mut self, centre: PixelPoint);
+    /// One frame further.
+    fn step(&mut self, frame: &GrayFrame, time_s: f64) -> Result<Estimate, TrackerError>;
+    /// A frame that could not be read: the filter predicts through it.
+    fn miss(&mut self, time_s: f64) -> Result<(), TrackerError>;
+}
+
+/// Finds the seam and follows it from frame to frame.
+pub struct Tracker {
+    follow: Box<dyn Follow>,
+    axis: Option<StripeAxis>,
+    previous: Option<GrayFrame>,
+    seed_at: Option<PixelPoint>,
+}
+
+impl Tracker {
+    /// A tracker by `method`; `axis` is found from the frames when it is not given, the seam when
+    /// `seed_at` (image coordinates in the first frame that shows a stripe) is not.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn new(method: &Method, axis: Option<StripeAxis>, seed_at: Option<PixelPoint>) -> Result<Self, TrackerError> {
+        let follow: Box<dyn Follow> = match method {
+            Method::Paper(settings) => Box::new(PaperTracker::new(settings)?),
+        };
+        Ok(Self { follow, axis, previous: None, seed_at })
+    }
+
+    /// Which way the stripe runs; none before a stripe was seen.
+    #[must_use]
+    pub const fn axis(&self) -> Option<StripeAxis> {
+        self.axis
+    }
+
+    /// Takes the next frame, recorded at `time_s`, later than the one before. All points of the estimate are image
+    /// coordinates.
+    ///
+    /// # Errors
+    /// When OpenCV fails or a covariance breaks down; neither depends on what the frame shows.
+    pub fn step(&mut self, frame: &GrayFrame, time_s: f64) -> Result<Estimate, TrackerError> {
+        let repeated = self.previous.as_ref() == Some(frame);
+        if self.axis.is_none() {
+            self.axis = find_axis(frame);
+        }
+        if let Some(axis) = self.axis
+            && let Some(centre) = self.seed_at.take()
+        {
+            self.follow.seed_at(axis.image_from_stripe(centre));
+        }
+        let estimate = match self.axis {
+            None => Estimate::seeking(Observation::NoStripe),
+            Some(StripeAxis::Horizontal) => self.follow.step(frame, time_s)?,
+            Some(StripeAxis::Vertical) => self.follow.step(&frame.transposed(), time_s)?.transposed(),
+        };
+        self.previous = Some(frame.clone());
+        Ok(Estimate { repeated, ..estimate })
+    }
+
+    /// Says that the frame of `time_s` could not be read: the filter predicts through it.
+    ///
+    /// # Errors
+    /// When the model cannot be built for the time step.
+    pub fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
+        self.follow.miss(time_s)
+    }
+}
+
+/// The ROI that overlays show round an estimate.
+#[must_use]
+pub fn roi(estimate: &Estimate) -> Option<SeamRoi> {
+    estimate.seam.map(|seam| SeamRoi::du_2022(seam.centre))
+}

@@ -1,0 +1,46 @@
+//! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
+
+mod config;
+mod track;
+
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+/// Find the weld seam in laser-stripe frames and estimate its centre in millimetres.
+///
+/// Exit codes: 0 done · 1 error · 2 usage · 3 done, but the seam was unavailable on too many frames.
+#[derive(Debug, Parser)]
+#[command(version, arg_required_else_help = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Track(Box<track::Track>),
+    Config(config::PrintConfig),
+}
+
+impl Cli {
+    /// Does what the command line asks for.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        match &self.command {
+            Command::Track(track) => track.run(),
+            Command::Config(config) => config.run(),
+        }
+    }
+}
+
+/// An error and its causes in one line, no cause twice.
+pub fn one_line(error: &anyhow::Error) -> String {
+    let mut line = String::new();
+    for cause in error.chain().map(|cause| cause.to_string().trim().replace('\n', " ")) {
+        if !line.contains(&cause) {
+            line += if line.is_empty() { "" } else { ": " };
+            line += &cause;
+        }
+    }
+    line
+}

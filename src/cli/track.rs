@@ -1,0 +1,260 @@
+//! `seamtrack track`: recorded frames in, the seam path in millimetres out.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use rayon::prelude::*;
+use seamtrack::calib::Origin;
+use seamtrack::config::{Config, Preset, Stripe};
+use seamtrack::report::results::write_path_csv;
+use seamtrack::report::summary::write_summary;
+use seamtrack::run::{RunOutcome, Seen};
+use seamtrack::units::{MmPerPx, PixelPoint};
+
+/// Find the seam in each frame of a recording and estimate its path in millimetres
+#[derive(Debug, Args)]
+pub struct Track {
+    /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs or videos
+    #[arg(required_unless_present = "manifest")]
+    inputs: Vec<PathBuf>,
+    /// Folder for the results; one folder a recording in it when there are several [default: results/<name>]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// More recordings: a CSV with the columns input[,truth]
+    #[arg(long, value_name = "FILE")]
+    manifest: Option<PathBuf>,
+    /// Recordings tracked at a time
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..))]
+    jobs: u16,
+    /// Configuration (TOML); `seamtrack config --print` shows every key
+    #[arg(long, value_name = "FILE")]
+    config: Option<PathBuf>,
+    /// Pipeline
+    #[arg(long)]
+    preset: Option<Preset>,
+    /// Which way the stripe runs
+    #[arg(long)]
+    stripe: Option<Stripe>,
+    /// The seam in the first frame, if you know better than the seed
+    #[arg(long, value_name = "U,V", value_parser = parse_point)]
+    seed_at: Option<PixelPoint>,
+    /// Scale along the stripe
+    #[arg(long, value_name = "MM")]
+    mm_per_px: Option<MmPerPx>,
+    /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
+    #[arg(long, default_value = "first")]
+    origin: Origin,
+    /// Time from frame to frame [s], for recordings without time stamps
+    #[arg(long, value_name = "S")]
+    period: Option<f64>,
+    /// The true path (frame,u_px,v_px,x_mm,occluded), to report errors against
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// Exit with 3 when the seam is unavailable on more than this part of the frames
+    #[arg(long, value_name = "PCT", default_value_t = 5.0)]
+    max_unavailable: f64,
+    /// Also write trace.csv: what was measured in each frame and why it was accepted or refused
+    #[arg(long)]
+    trace: bool,
+    /// Overwrite existing results
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// One recording to track.
+struct Job {
+    input: PathBuf,
+    output: PathBuf,
+    truth: Option<PathBuf>,
+}
+
+impl Track {
+    /// Tracks every recording; the worst exit code wins.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        let config = self.effective_config()?;
+        let jobs = self.job_list()?;
+        for job in &jobs {
+            refuse_to_overwrite(&job.output, self.force)?;
+        }
+        if let [job] = jobs.as_slice() {
+            let available = self.track_one(job, &config, true)?;
+            return Ok(exit_code(available));
+        }
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.into()).build()?;
+        let results: Vec<anyhow::Result<bool>> =
+            pool.install(|| jobs.par_iter().map(|job| self.track_one(job, &config, false)).collect());
+        let mut failed = 0;
+        let mut all_available = true;
+        for (job, result) in jobs.iter().zip(results) {
+            match result {
+                Ok(available) => all_available &= available,
+                Err(error) => {
+                    eprintln!("seamtrack: {}: {}", job.input.display(), super::one_line(&error));
+                    failed += 1;
+                }
+            }
+        }
+        if failed > 0 {
+            bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
+        }
+        Ok(exit_code(all_available))
+    }
+
+    fn effective_config(&self) -> anyhow::Result<Config> {
+        let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+        config.preset = self.preset.unwrap_or(config.preset);
+        config.stripe = self.stripe.unwrap_or(config.stripe);
+        config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
+        config.period_s = self.period.unwrap_or(config.period_s);
+        config.seed_at = self.seed_at.map(|p| [p.u_px, p.v_px]).or(config.seed_at);
+        config.method()?;
+        Ok(config)
+    }
+
+    fn job_list(&self) -> anyhow::Result<Vec<Job>> {
+        let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
+            self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
+        if let Some(manifest) = &self.manifest {
+            inputs.extend(read_manifest(manifest)?);
+        }
+        if inputs.len() > 1 && self.truth.is_some() {
+            bail!("--truth belongs to one recording: for several, put the truths into a --manifest");
+        }
+        let several = inputs.len() > 1;
+        let folder = self.output.clone();
+        let jobs: Vec<Job> = inputs
+            .into_iter()
+            .map(|(input, truth)| {
+                let output = match (&folder, several) {
+                    (Some(folder), false) => folder.clone(),
+                    (Some(folder), true) => folder.join(name_of(&input)),
+                    (None, _) => Path::new("results").join(name_of(&input)),
+                };
+                Job { input, output, truth }
+            })
+            .collect();
+        for (i, job) in jobs.iter().enumerate() {
+            if let Some(twin) = jobs[..i].iter().find(|other| other.output == job.output) {
+                bail!(
+                    "{} and {} would both write to {}: track them one by one with -o",
+                    twin.input.display(),
+                    job.input.display(),
+                    job.output.display()
+                );
+            }
+        }
+        Ok(jobs)
+    }
+
+    /// Tracks one recording; whether the seam was available often enough.
+    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<bool> {
+        let source = seamtrack::source::open(&job.input, config.period_s)?;
+        std::fs::create_dir_all(&job.output)
+            .with_context(|| format!("cannot make the folder {}", job.output.display()))?;
+        let kind = source.kind();
+        let progress = self.progress(source.frame_count(), alone);
+        let mut trace = vec![];
+        let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
+            if let Err(error) = seen.picture {
+                progress.suspend(|| eprintln!("seamtrack: frame {}: {error}", seen.number));
+            }
+            if self.trace {
+                trace.push(trace_line(seen));
+            }
+            progress.inc(1);
+        });
+        progress.finish_and_clear();
+        let outcome = outcome.with_context(|| job.input.display().to_string())?;
+        let errors = None;
+        let input = job.input.to_string_lossy();
+        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
+        write_path_csv(&job.output.join("path.csv"), &outcome.rows)?;
+        write_summary(&job.output.join("summary.json"), &summary)?;
+        if self.trace {
+            write_trace(&job.output.join("trace.csv"), &trace)?;
+        }
+        Ok(100.0 * outcome.unavailable_frames() as f64 <= self.max_unavailable * outcome.rows.len() as f64)
+    }
+
+    fn progress(&self, frames: Option<usize>, alone: bool) -> ProgressBar {
+        if self.quiet || !alone || !std::io::stderr().is_terminal() {
+            return ProgressBar::hidden();
+        }
+        let bar = ProgressBar::with_draw_target(frames.map(|n| n as u64), ProgressDrawTarget::stderr());
+        let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {per_sec}, {eta} left");
+        bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    }
+}
+
+fn exit_code(available: bool) -> ExitCode {
+    if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
+}
+
+fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
+    if !force && output.join("path.csv").exists() {
+        bail!("{} already holds results: choose another folder with -o, or overwrite with --force", output.display());
+    }
+    Ok(())
+}
+
+/// The folder's or file's own name, without the extension of a file.
+fn name_of(input: &Path) -> PathBuf {
+    let absolute = input.canonicalize().unwrap_or_else(|_| input.to_owned());
+    let name = if absolute.is_dir() { absolute.file_name() } else { absolute.file_stem() };
+    PathBuf::from(name.unwrap_or_else(|| "recording".as_ref()))
+}
+
+fn parse_point(text: &str) -> Result<PixelPoint, String> {
+    let parsed = text.split_once(',').and_then(|(u, v)| Some((u.trim().parse().ok()?, v.trim().parse().ok()?)));
+    match parsed {
+        Some((u_px, v_px)) => Ok(PixelPoint::new(u_px, v_px)),
+        None => Err("expected U,V in pixels, for example 320,240".into()),
+    }
+}
+
+fn read_manifest(manifest: &Path) -> anyhow::Result<Vec<(PathBuf, Option<PathBuf>)>> {
+    let context = || format!("cannot read the manifest {}", manifest.display());
+    let mut reader = csv::Reader::from_path(manifest).with_context(context)?;
+    let folder = manifest.parent().unwrap_or(Path::new("."));
+    let headers = reader.headers().with_context(context)?.clone();
+    let Some(input) = headers.iter().position(|name| name == "input") else {
+        bail!("{}: the first line must name a column `input` (and may name `truth`)", manifest.display());
+    };
+    let truth = headers.iter().position(|name| name == "truth");
+    reader
+        .records()
+        .map(|record| {
+            let record = record.with_context(context)?;
+            let path = |column: usize| record.get(column).filter(|text| !text.is_empty()).map(|text| folder.join(text));
+            let Some(input) = path(input) else { bail!("{}: a line has no input", manifest.display()) };
+            Ok((input, truth.and_then(path)))
+        })
+        .collect()
+}
+
+fn trace_line(seen: &Seen<'_>) -> [String; 3] {
+    let (observation, nis) = match seen.estimate {
+        None => ("unreadable", None),
+        Some(estimate) => (estimate.observation.name(), estimate.nis),
+    };
+    [seen.number.to_string(), observation.into(), nis.map(|nis| format!("{nis:.4}")).unwrap_or_default()]
+}
+
+fn write_trace(path: &Path, lines: &[[String; 3]]) -> anyhow::Result<()> {
+    seamtrack::report::atomic::write_atomically(path, |file| {
+        let mut csv = csv::Writer::from_writer(file);
+        csv.write_record(["frame", "observation", "nis"])?;
+        for line in lines {
+            csv.write_record(line)?;
+        }
+        csv.flush()
+    })?;
+    Ok(())
+}

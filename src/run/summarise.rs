@@ -1,0 +1,60 @@
+//! `summary.json` of a run.
+
+use serde_json::{Map, Value, json};
+
+use super::{RunError, RunOutcome};
+use crate::config::{Config, Preset};
+use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
+use crate::units::StripeAxis;
+
+/// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
+///
+/// # Errors
+/// When the configuration cannot be written as JSON.
+pub fn summarise(
+    outcome: &RunOutcome,
+    (path, kind): (&str, &str),
+    config: &Config,
+    max_unavailable_pct: f64,
+    errors: Option<ErrorTable>,
+) -> Result<Summary, RunError> {
+    let (width_px, height_px) = outcome.size_px;
+    let mut more = Map::new();
+    more.insert("kind".into(), json!(kind));
+    if let Some(scale) = outcome.sixteen_bit_scale {
+        more.insert("sixteen_bit_white".into(), json!(scale.white));
+    }
+    if let Some(frame) = outcome.confirmed_at {
+        more.insert("seam_confirmed_at_frame".into(), json!(frame));
+    }
+    let config_json: Value = serde_json::to_value(config).map_err(|error| RunError::Config(error.into()))?;
+    Ok(Summary {
+        schema_version: SCHEMA_VERSION,
+        program: format!("seamtrack {}", env!("CARGO_PKG_VERSION")),
+        input: Input { path: path.into(), width_px, height_px, more },
+        calibration: Calibration {
+            mm_per_px: config.mm_per_px,
+            stripe: outcome.axis.unwrap_or(StripeAxis::Horizontal),
+            origin_px: outcome.calibration.map(|calibration| calibration.origin_px),
+            source: "scale".into(),
+            more: Map::new(),
+        },
+        limits: Limits {
+            psr: (config.preset == Preset::Paper).then_some(config.paper.psr_threshold),
+            nis: None,
+            max_unavailable_pct: Some(max_unavailable_pct),
+        },
+        config: config_json,
+        frames: outcome.counts,
+        joint: Joint {
+            kind: "butt-or-lap".into(),
+            decided_at_frame: outcome.confirmed_at,
+            reason: match outcome.confirmed_at {
+                Some(frame) => format!("the centreline jumps at one place in frame {frame}"),
+                None => "no frame shows one dominant jump or break of the stripe".into(),
+            },
+        },
+        timing: outcome.timing,
+        errors,
+    })
+}

@@ -1,0 +1,102 @@
+//! What the tracker says of one frame.
+
+use crate::units::PixelPoint;
+
+/// What the tracker knows about the seam.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Status {
+    /// The seam has not been found yet.
+    Seeking,
+    /// The seam was seen in this frame.
+    Tracked,
+    /// The seam was not seen in this frame; the value is a prediction with a growing σ.
+    Coasting,
+    /// The seam was lost; no value is given.
+    Lost,
+}
+
+/// The KCF's own answer.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct KcfReading {
+    /// Peak of the response.
+    pub peak: PixelPoint,
+    /// Raw peak-to-sidelobe ratio.
+    pub psr: f64,
+    /// PSR over the ceiling of its window and label.
+    pub psr_ratio: f64,
+    /// The template learned from this frame.
+    pub template_updated: bool,
+}
+
+/// The filtered seam centre.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SeamEstimate {
+    /// The seam centre.
+    pub centre: PixelPoint,
+    /// One σ of the position along the stripe \[px\].
+    pub std_px: f64,
+}
+
+/// What became of the frame's measurement.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Observation {
+    /// No stripe was seen.
+    NoStripe,
+    /// A stripe, but no seam in it.
+    NoSeam,
+    /// The seam was found in the whole frame: the filter starts here.
+    Seed,
+    /// The KCF's peak went into the filter.
+    Kcf,
+    /// The KCF's peak left the image.
+    PeakOutside,
+}
+
+impl Observation {
+    /// The word that `--trace` writes.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::NoStripe => "no-stripe",
+            Self::NoSeam => "no-seam",
+            Self::Seed => "seed",
+            Self::Kcf => "kcf",
+            Self::PeakOutside => "kcf-peak-outside-image",
+        }
+    }
+}
+
+/// What the tracker says of one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Estimate {
+    /// What it knows.
+    pub status: Status,
+    /// The seam centre; only when tracked or coasting.
+    pub seam: Option<SeamEstimate>,
+    /// The KCF's answer, when it was asked.
+    pub kcf: Option<KcfReading>,
+    /// What was measured.
+    pub observation: Observation,
+    /// Normalised innovation squared of the measurement.
+    pub nis: Option<f64>,
+    /// The frame equals its predecessor byte for byte.
+    pub repeated: bool,
+}
+
+impl Estimate {
+    /// No seam yet, because of `observation`.
+    #[must_use]
+    pub const fn seeking(observation: Observation) -> Self {
+        Self { status: Status::Seeking, seam: None, kcf: None, observation, nis: None, repeated: false }
+    }
+
+    /// The estimate in the transposed image.
+    #[must_use]
+    pub fn transposed(self) -> Self {
+        Self {
+            seam: self.seam.map(|seam| SeamEstimate { centre: seam.centre.transposed(), ..seam }),
+            kcf: self.kcf.map(|kcf| KcfReading { peak: kcf.peak.transposed(), ..kcf }),
+            ..self
+        }
+    }
+}

@@ -1,0 +1,151 @@
+//! The method of Du 2022: centreline seed, KCF with PSR-gated template, augmented Kalman filter.
+//!
+//! It is right for one straight seam with edges. Its gate does not notice a template that slides along the stripe, so
+//! "tracked" means here only that the KCF answered.
+
+use super::estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+use super::{Follow, TrackerError};
+use crate::frame::GrayFrame;
+use crate::imgproc::{CentrelineSettings, MedianKernel, SeedSettings, extract_centreline, find_seam_features, median};
+use crate::kalman::{ColouredMeasurement, Gaussian};
+use crate::kcf::{Kcf, KcfSettings, Response};
+use crate::units::PixelPoint;
+
+/// The numbers of the paper's method.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PaperSettings {
+    /// Median before everything.
+    pub median: MedianKernel,
+    /// What counts as stripe in the seed frame.
+    pub centreline: CentrelineSettings,
+    /// What counts as seam in the seed frame.
+    pub seed: SeedSettings,
+    /// The correlation filter.
+    pub kcf: KcfSettings,
+    /// T: the template is updated at this PSR or above (Du 2022, section 3.3).
+    pub psr_threshold: f64,
+    /// η of eq. 8.
+    pub learning_rate: f64,
+    /// The filter's noise model.
+    pub kalman: ColouredMeasurement,
+    /// Variance of the seed's position \[px²\].
+    pub seed_variance_px2: f64,
+}
+
+impl Default for PaperSettings {
+    fn default() -> Self {
+        Self {
+            median: MedianKernel::Five,
+            centreline: CentrelineSettings::default(),
+            seed: SeedSettings::default(),
+            kcf: KcfSettings::du_2022(),
+            psr_threshold: 8.0,
+            learning_rate: 0.03,
+            kalman: ColouredMeasurement::printed(),
+            seed_variance_px2: 0.1,
+        }
+    }
+}
+
+/// The paper's tracker, on frames of which the stripe is horizontal.
+pub struct PaperTracker {
+    settings: PaperSettings,
+    kcf: Kcf,
+    seed_at: Option<PixelPoint>,
+    state: State,
+}
+
+/// Where the method is on its way.
+enum State {
+    Seeking,
+    Following { filter: Gaussian<3>, time_s: f64, peak: PixelPoint },
+    Lost,
+}
+
+impl PaperTracker {
+    /// A tracker that looks for its seed.
+    ///
+    /// # Errors
+    /// When a KCF setting is out of range.
+    pub fn new(settings: &PaperSettings) -> Result<Self, TrackerError> {
+        Ok(Self { kcf: Kcf::new(settings.kcf)?, settings: settings.clone(), seed_at: None, state: State::Seeking })
+    }
+
+    /// Looks for the seam in the whole frame and starts the filter there.
+    fn seed(&mut self, frame: &GrayFrame, time_s: f64, was_lost: bool) -> Result<Estimate, TrackerError> {
+        let line = extract_centreline(frame, &self.settings.centreline);
+        let asked = self.seed_at.take();
+        let Some(centre) = asked.or_else(|| find_seam_features(&line, &self.settings.seed).map(|f| f.centre())) else {
+            let seen = line.extent(self.settings.seed.widest_joint_px).is_some();
+            let observation = if seen { Observation::NoSeam } else { Observation::NoStripe };
+            let status = if was_lost { Status::Lost } else { Status::Seeking };
+            return Ok(Estimate { status, ..Estimate::seeking(observation) });
+        };
+        self.kcf.train(frame, centre);
+        let filter = self.settings.kalman.start_from_clean(centre.u_px, self.settings.seed_variance_px2)?;
+        let seam = seam(&filter, centre.v_px);
+        self.state = State::Following { filter, time_s, peak: centre };
+        Ok(Estimate { status: Status::Tracked, seam: Some(seam), ..Estimate::seeking(Observation::Seed) })
+    }
+
+    /// The KCF's answer round its own last peak; the template learns if the PSR allows it.
+    fn locate(&mut self, frame: &GrayFrame, around: PixelPoint) -> (Response, KcfReading) {
+        let response = self.kcf.detect(frame, around);
+        let psr = f64::from(response.psr);
+        let template_updated = psr >= self.settings.psr_threshold;
+        if template_updated {
+            self.kcf.update(frame, response.peak, self.settings.learning_rate);
+        }
+        let psr_ratio = f64::from(response.psr_ratio());
+        (response, KcfReading { peak: response.peak, psr, psr_ratio, template_updated })
+    }
+}
+
+fn seam(filter: &Gaussian<3>, v_px: f64) -> SeamEstimate {
+    SeamEstimate { centre: PixelPoint::new(filter.x[0], v_px), std_px: filter.P[(0, 0)].max(0.0).sqrt() }
+}
+
+fn inside(frame: &GrayFrame, point: PixelPoint) -> bool {
+    (0.0..frame.width_px() as f64).contains(&point.u_px) && (0.0..frame.height_px() as f64).contains(&point.v_px)
+}
+
+impl Follow for PaperTracker {
+    fn seed_at(&mut self, centre: PixelPoint) {
+        self.seed_at = Some(centre);
+    }
+
+    fn step(&mut self, frame: &GrayFrame, time_s: f64) -> Result<Estimate, TrackerError> {
+        let frame = &median(frame, self.settings.median)?;
+        let (filter, last_s, around) = match self.state {
+            State::Seeking => return self.seed(frame, time_s, false),
+            State::Lost => return self.seed(frame, time_s, true),
+            State::Following { filter, time_s, peak } => (filter, time_s, peak),
+        };
+        let (response, reading) = self.locate(frame, around);
+        if !inside(frame, response.peak) {
+            self.state = State::Lost;
+            let lost = Estimate::seeking(Observation::PeakOutside);
+            return Ok(Estimate { status: Status::Lost, kcf: Some(reading), ..lost });
+        }
+        let space = self.settings.kalman.state_space(time_s - last_s)?;
+        let update = filter.predict(&space).update(&space, &[Some(response.peak.u_px)], None)?;
+        self.state = State::Following { filter: update.posterior, time_s, peak: response.peak };
+        Ok(Estimate {
+            status: Status::Tracked,
+            seam: Some(seam(&update.posterior, response.peak.v_px)),
+            kcf: Some(reading),
+            observation: Observation::Kcf,
+            nis: update.nis,
+            repeated: false,
+        })
+    }
+
+    fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
+        if let State::Following { filter, time_s: last_s, .. } = &mut self.state {
+            let space = self.settings.kalman.state_space(time_s - *last_s)?;
+            *filter = filter.predict(&space);
+            *last_s = time_s;
+        }
+        Ok(())
+    }
+}
