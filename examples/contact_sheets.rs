@@ -34,14 +34,15 @@ fn main() -> Result<()> {
         }
     }
     for name in &names {
-        let pictures = pictures(name, None)?;
+        let pictures = pictures(name, 1, None)?;
         save(&folder.join(format!("{name}.png")), &tiled(&[pictures]))?;
     }
     Ok(())
 }
 
 fn write_sheet(file: &Path, scenes: &[&str]) -> Result<()> {
-    let rows = scenes.iter().map(|name| pictures(name, Some(CELL_PX))).collect::<Result<Vec<_>>>()?;
+    let rows =
+        scenes.iter().zip(1..).map(|(name, seed)| pictures(name, seed, Some(CELL_PX))).collect::<Result<Vec<_>>>()?;
     save(file, &tiled(&rows))
 }
 
@@ -50,8 +51,8 @@ fn save(file: &Path, sheet: &GrayImage) -> Result<()> {
 }
 
 /// A scene's pictures: one early, the others spread over the recording, a covered one where there is any.
-fn pictures(name: &str, size: Option<(u32, u32)>) -> Result<Vec<GrayImage>> {
-    let scene = Scene::new(&builtin::scenario(name)?, 1)?;
+fn pictures(name: &str, seed: u64, size: Option<(u32, u32)>) -> Result<Vec<GrayImage>> {
+    let scene = Scene::new(&builtin::scenario(name)?, seed)?;
     let frames = scene.frame_count();
     let mut chosen = vec![4.min(frames - 1), frames * 3 / 10, frames * 6 / 10, frames * 9 / 10];
     if let Some(covered) = (0..frames).find(|&i| scene.truth(i).occluded) {

@@ -1,6 +1,8 @@
 //! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
 
 mod config;
+mod eval;
+mod synth;
 mod track;
 
 use std::process::ExitCode;
@@ -20,6 +22,8 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     Track(Box<track::Track>),
+    Synth(synth::Synth),
+    Eval(eval::Eval),
     Config(config::PrintConfig),
 }
 
@@ -28,6 +32,8 @@ impl Cli {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         match &self.command {
             Command::Track(track) => track.run(),
+            Command::Synth(synth) => synth.run(),
+            Command::Eval(eval) => eval.run(),
             Command::Config(config) => config.run(),
         }
     }

@@ -69,9 +69,8 @@ pub(super) fn add_smoke(smoke: &Smoke, opacity: f64, flicker: f64, seed: u64, ti
     let noise = SmoothNoise::new(seed, Component::Smoke, 0);
     let time = tick as f64 / SMOKE_FRAMES;
     let wisps = |x: f64, y: f64| {
-        let (x, y) = (x / smoke.wisp_px, y / smoke.wisp_px);
-        let pattern = 0.8 * noise.at(x, y + 0.3 * time, time) + 0.4 * noise.at(2.3 * x + 7.0, 2.3 * y, 1.7 * time);
-        (opacity as f32 * (1.0 + pattern)).clamp(0.0, 0.97)
+        let pattern = noise.cloud(x / smoke.wisp_px, y / smoke.wisp_px + 0.3 * time, time);
+        (opacity as f32 * (1.0 + 0.75 * pattern)).clamp(0.0, 0.97)
     };
     let haze = (smoke.haze_grey * flicker.max(0.2)) as f32;
     canvas.change_by_field(8, wisps, |opacity, value| *value += opacity * (haze - *value));
@@ -96,10 +95,10 @@ pub(super) fn add_cover(
     let mask = |x: f64, y: f64| {
         let along = (x - seam.u_px - off_centre) / half_width_px;
         let across = (y - seam.v_px) / half_height_px;
-        let radius = (along * along + across * across).sqrt() + 0.12 * f64::from(noise.at(x / 30.0, y / 30.0, time));
+        let radius = (along * along + across * across).sqrt() + 0.12 * f64::from(noise.cloud(x / 50.0, y / 50.0, time));
         ((1.15 - radius) / 0.3).clamp(0.0, 1.0) as f32
     };
-    let texture = |x: f64, y: f64| grey * (1.0 + 0.2 * noise.at(x / 18.0, y / 18.0, time + 50.0)).max(0.2);
+    let texture = |x: f64, y: f64| grey * (1.0 + 0.2 * noise.cloud(x / 40.0, y / 40.0, time + 50.0)).max(0.2);
     // Both fields travel in one number: the mask's sign-free value in 0..1 selects, the texture is added in place.
     canvas.change_by_field(8, mask, |mask, value| *value *= 1.0 - mask);
     canvas.change_by_field(8, |x, y| mask(x, y) * texture(x, y), |light, value| *value += light);

@@ -9,6 +9,7 @@ mod canvas;
 mod draw;
 mod noise;
 mod profile;
+pub mod recording;
 pub mod scenario;
 mod scene;
 mod sensor;

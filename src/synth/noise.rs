@@ -106,6 +106,18 @@ impl SmoothNoise {
         sum
     }
 
+    /// Three octaves over a turned plane, so that no lattice is seen; about zero mean and unit variance.
+    pub(super) fn cloud(&self, x: f64, y: f64, t: f64) -> f32 {
+        let (mut x, mut y, mut weight, mut sum) = (x, y, 1.15_f32, 0.0);
+        for octave in 0..3 {
+            // A turn by atan(3/4) and a scale of 2.1 from octave to octave.
+            (x, y) = (0.8 * x - 0.6 * y + 0.37, 0.6 * x + 0.8 * y + 0.71);
+            sum += weight * self.at(x, y, t + 17.0 * f64::from(octave));
+            (x, y, weight) = (2.1 * x, 2.1 * y, 0.55 * weight);
+        }
+        sum
+    }
+
     /// The nearly normal number of a lattice point: the sum of four uniform ones.
     fn lattice(&self, x: i64, y: i64, t: i64) -> f32 {
         let bits = mixed(mixed(mixed(self.key, x as u64), y as u64), t as u64);

@@ -222,7 +222,7 @@ impl Scene {
             let texture = s.sensor.texture_grey as f32;
             let stain = |x: f64, y: f64| {
                 let y = y - tick * travel_px;
-                texture * (stains.at(x / 60.0, y / 60.0, 0.0) + 0.5 * stains.at(x / 14.0, y / 14.0, 9.0))
+                texture * stains.cloud(x / 60.0, y / 60.0, 0.0)
             };
             canvas.change_by_field(8, stain, |stain, value| *value += stain);
         }

@@ -8,7 +8,7 @@ use super::profile::Branch;
 use super::scenario::Stripe;
 
 /// Contrast of the grains inside the stripe relative to that of whole cross-sections: real frames show both.
-const GRAIN_SHARE: f64 = 0.6;
+const GRAIN_SHARE: f64 = 0.8;
 /// Length of the plates' reflectance variation along the stripe \[px\] and along the travel \[frames\] (chosen).
 const REFLECTANCE_PX: f64 = 24.0;
 const REFLECTANCE_FRAMES: f64 = 6.0;

@@ -163,4 +163,4 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
 }
 
 /// How much brighter the arc is in a burst (chosen).
-const BURST_FLASH: f64 = 1.5;
+const BURST_FLASH: f64 = 1.25;

@@ -35,7 +35,7 @@ pub struct Butt {
     pub hi_lo_px: Ramp,
     /// How far both plates' edges droop \[px\], −50 to 50. Default 3.5: scene A.
     pub bent_edge_px: f64,
-    /// Brightness of the gap's floor relative to the plates, 0 to 1. Default 0.4, chosen: a backing strip in the shade.
+    /// Brightness of the gap's floor relative to the plates, 0 to 1. Default 0.5, chosen: a backing strip in the shade.
     pub floor_reflectance: f64,
 }
 
@@ -46,7 +46,7 @@ impl Default for Butt {
             depth_px: 24.0,
             hi_lo_px: Ramp::Constant(0.0),
             bent_edge_px: 3.5,
-            floor_reflectance: 0.4,
+            floor_reflectance: 0.5,
         }
     }
 }

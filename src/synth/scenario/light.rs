@@ -46,7 +46,7 @@ pub struct Arc {
     /// Distance from the arc at which glare has fallen to half, as a fraction of the image's shorter side, 0.05 to 10.
     /// Default 0.8, chosen: about two thirds of the glare reach the stripe.
     pub reach: f64,
-    /// Standard deviation of the flicker relative to the glare, 0 to 2. Default 0.35, chosen.
+    /// Standard deviation of the flicker relative to the glare, 0 to 2. Default 0.3, chosen.
     pub flicker: f64,
     /// Correlation of the flicker from frame to frame, 0 to below 1. Default 0.6: all scenes.
     pub flicker_correlation: f64,
@@ -56,7 +56,7 @@ pub struct Arc {
 
 impl Default for Arc {
     fn default() -> Self {
-        Self { glare_grey: 0.0, reach: 0.8, flicker: 0.35, flicker_correlation: 0.6, side: Side::Any }
+        Self { glare_grey: 0.0, reach: 0.8, flicker: 0.3, flicker_correlation: 0.6, side: Side::Any }
     }
 }
 

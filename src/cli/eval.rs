@@ -1,0 +1,122 @@
+//! `seamtrack eval`: a path against a truth.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use clap::{Args, ValueEnum};
+use seamtrack::eval::{Errors, Estimate, errors, read_truth};
+use seamtrack::report::results::{Estimator, PathRow, read_path_csv};
+use seamtrack::report::summary::{Calibration, ErrorTable, read_summary};
+use seamtrack::units::{MmPerPx, StripeAxis};
+
+/// Compare a path with a truth: errors in millimetres along the stripe.
+#[derive(Debug, Args)]
+pub struct Eval {
+    /// The path of a run.
+    #[arg(value_name = "path.csv")]
+    path: PathBuf,
+    /// The truth: frame,u_px,v_px,x_mm,occluded; the coordinate along the stripe suffices.
+    #[arg(value_name = "truth.csv")]
+    truth: PathBuf,
+    /// Scale in mm/px, instead of the one in the summary.json beside the path.
+    #[arg(long)]
+    mm_per_px: Option<MmPerPx>,
+    /// How the stripe runs, instead of what stands in the summary.json beside the path.
+    #[arg(long)]
+    stripe: Option<Stripe>,
+    /// Print the errors as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Stripe {
+    Horizontal,
+    Vertical,
+}
+
+impl Eval {
+    /// Prints the errors.
+    pub fn run(&self) -> Result<ExitCode> {
+        let rows = read_path_csv(&self.path)?;
+        let truth = read_truth(&self.truth)?;
+        let (scale, axis) = self.scale_and_axis()?;
+        let mut truth_px = vec![None; rows.len()];
+        for row in &truth {
+            // A truth may be longer than the path, when only a part was tracked.
+            if let Some(place) = truth_px.get_mut(row.frame) {
+                *place = row.along_px(axis);
+            }
+        }
+        if truth_px.iter().all(Option::is_none) {
+            bail!(
+                "{} gives no position along the {axis} stripe for any frame of {}; check --stripe",
+                self.truth.display(),
+                self.path.display()
+            );
+        }
+        let of = |estimator| {
+            let estimates: Vec<_> = rows.iter().map(|row| estimate(row, estimator, axis, scale)).collect();
+            errors(&estimates, &truth_px, scale)
+        };
+        let table = ErrorTable {
+            kcf: of(Estimator::Kcf),
+            filtered: of(Estimator::Filtered),
+            smoothed: of(Estimator::Smoothed),
+        };
+        if self.json {
+            println!("{}", serde_json::to_string_pretty(&table)?);
+        } else {
+            print_table(&table);
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+
+    fn scale_and_axis(&self) -> Result<(MmPerPx, StripeAxis)> {
+        let axis = self.stripe.map(|stripe| match stripe {
+            Stripe::Horizontal => StripeAxis::Horizontal,
+            Stripe::Vertical => StripeAxis::Vertical,
+        });
+        if let (Some(scale), Some(axis)) = (self.mm_per_px, axis) {
+            return Ok((scale, axis));
+        }
+        let file = self.path.with_file_name("summary.json");
+        let Calibration { mm_per_px, stripe, .. } = read_summary(&file)
+            .context("the run's scale and axis are not known; give --mm-per-px and --stripe")?
+            .calibration;
+        Ok((self.mm_per_px.unwrap_or(mm_per_px), axis.unwrap_or(stripe)))
+    }
+}
+
+fn estimate(row: &PathRow, estimator: Estimator, axis: StripeAxis, scale: MmPerPx) -> Option<Estimate> {
+    let std_mm = match estimator {
+        Estimator::Kcf => None,
+        Estimator::Filtered => row.x_std_mm,
+        Estimator::Smoothed => row.smooth_x_std_mm,
+    };
+    let position_px = row.along_px(estimator, axis)?;
+    Some(Estimate { position_px, std_px: std_mm.map(|std_mm| std_mm / scale.get()) })
+}
+
+fn print_table(table: &ErrorTable) {
+    println!("error in mm   mean abs     max  std abs    rmse     p95    bias  in 2σ  frames  wrong  unavailable");
+    for (name, estimator) in
+        [("KCF", Estimator::Kcf), ("filtered", Estimator::Filtered), ("smoothed", Estimator::Smoothed)]
+    {
+        if let Some(errors) = table.of(estimator) {
+            println!("{}", line(name, errors));
+        }
+    }
+    if table == &ErrorTable::default() {
+        println!("no frame has both a value and a truth");
+    }
+}
+
+fn line(name: &str, e: &Errors) -> String {
+    let coverage = e.coverage_2sigma.map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share));
+    format!(
+        "{name:12} {:9.3} {:7.3} {:8.3} {:7.3} {:7.3} {:7.3} {coverage:>6} {:7} {:6} {:12}",
+        e.mae_mm, e.max_mm, e.std_mm, e.rmse_mm, e.p95_mm, e.bias_mm, e.frames, e.wrong_frames, e.unavailable_frames
+    )
+}

@@ -1,0 +1,77 @@
+//! `seamtrack synth`: make up a recording with a known truth.
+
+use std::io::IsTerminal;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Result, bail};
+use clap::Args;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::synth::recording::write_recording;
+use seamtrack::synth::{Scenario, builtin};
+
+/// Make up a recording whose truth is known: frames/, truth.csv, scenario.toml.
+#[derive(Debug, Args)]
+pub struct Synth {
+    /// A built-in scene (see --list) or a scenario file.
+    #[arg(value_name = "SCENARIO|FILE.toml", required_unless_present = "list")]
+    scenario: Option<String>,
+    /// Folder to write; it must not exist.
+    #[arg(short, long, value_name = "DIR", required_unless_present = "list")]
+    output: Option<PathBuf>,
+    /// Seed of everything random, instead of the scenario's.
+    #[arg(long, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
+    seed: Option<u64>,
+    /// Number of frames, instead of the scenario's.
+    #[arg(long)]
+    frames: Option<usize>,
+    /// Show the built-in scenes, one line each.
+    #[arg(long)]
+    list: bool,
+    /// Replace an earlier recording.
+    #[arg(long)]
+    force: bool,
+}
+
+impl Synth {
+    /// Renders the recording, or lists the scenes.
+    pub fn run(&self) -> Result<ExitCode> {
+        if self.list {
+            return list();
+        }
+        let (Some(name), Some(output)) = (&self.scenario, &self.output) else {
+            bail!("a scenario and an output folder are needed");
+        };
+        let mut scenario = chosen(name)?;
+        scenario.seed = self.seed.unwrap_or(scenario.seed);
+        scenario.frames = self.frames.unwrap_or(scenario.frames);
+        let bar = progress_bar(scenario.frames)?;
+        write_recording(&scenario, output, self.force, || bar.inc(1))?;
+        bar.finish_and_clear();
+        println!("{}", output.display());
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// The file of that name if there is one or it must be one, else the built-in scene.
+fn chosen(name: &str) -> Result<Scenario> {
+    let file = Path::new(name);
+    let is_file = file.extension().is_some_and(|extension| extension == "toml") || file.is_file();
+    Ok(if is_file { Scenario::load(file)? } else { builtin::scenario(name)? })
+}
+
+fn list() -> Result<ExitCode> {
+    for name in builtin::names() {
+        let scenario = builtin::scenario(&name)?;
+        let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
+        println!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)", scenario.description);
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+fn progress_bar(frames: usize) -> Result<ProgressBar> {
+    let target =
+        if std::io::stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {eta} left")?;
+    Ok(ProgressBar::with_draw_target(Some(frames as u64), target).with_style(style))
+}

@@ -1,0 +1,147 @@
+//! A scene written to a folder: `frames/`, `truth.csv`, `scenario.toml`, and `timestamps.csv` where time is irregular.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use image::ImageEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use rayon::prelude::*;
+
+use super::{Scenario, Scene, ScenarioError};
+use crate::frame::GrayFrame;
+
+/// Why a recording could not be written.
+#[derive(Debug, thiserror::Error)]
+pub enum RecordingError {
+    /// The scenario cannot be rendered.
+    #[error(transparent)]
+    Scenario(#[from] ScenarioError),
+    /// There is something already.
+    #[error("{0} exists; choose another folder or add --force")]
+    Exists(PathBuf),
+    /// What is there is not a recording of this program, so it is not replaced.
+    #[error("{0} exists and is not a made-up recording (it has no scenario.toml), so --force does not replace it")]
+    NotARecording(PathBuf),
+    /// A file could not be written.
+    #[error("cannot write {}", file.display())]
+    Write {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A picture could not be encoded.
+    #[error("cannot write {}", file.display())]
+    Encode {
+        /// The file.
+        file: PathBuf,
+        /// Why.
+        source: image::ImageError,
+    },
+    /// The scenario does not fit into a TOML file.
+    #[error("cannot write the scenario as TOML")]
+    Toml(#[from] toml::ser::Error),
+}
+
+/// Renders the recording of `scenario` (with its own seed) into the folder `target`, which appears when it is complete.
+/// `progress` is called after each frame, from several threads.
+///
+/// Frames are rendered in parallel, each dropped once written.
+///
+/// # Errors
+/// When the scenario cannot be rendered, `target` exists (with `force`: exists and is not a recording), or a file
+/// cannot be written.
+pub fn write_recording(
+    scenario: &Scenario,
+    target: &Path,
+    force: bool,
+    progress: impl Fn() + Sync,
+) -> Result<(), RecordingError> {
+    let scene = Scene::new(scenario, scenario.seed)?;
+    if target.exists() {
+        if !force {
+            return Err(RecordingError::Exists(target.to_owned()));
+        }
+        if !target.join("scenario.toml").is_file() {
+            return Err(RecordingError::NotARecording(target.to_owned()));
+        }
+    }
+    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(parent).map_err(failed(parent))?;
+    let partial = tempfile::Builder::new().prefix(".seamtrack-synth-").tempdir_in(parent).map_err(failed(parent))?;
+    // Temporary folders are private; a recording is not.
+    let folder = partial.path().join("recording");
+    let frames = folder.join("frames");
+    std::fs::create_dir_all(&frames).map_err(failed(&frames))?;
+    write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
+    write_truth(&scene, scenario, &folder.join("truth.csv"))?;
+    if scenario.recorder.is_irregular() {
+        write_timestamps(&scene, &folder.join("timestamps.csv"))?;
+    }
+    (0..scene.frame_count()).into_par_iter().try_for_each(|i| {
+        write_png(&scene.render(i), &frames.join(frame_name(i)))?;
+        progress();
+        Ok::<(), RecordingError>(())
+    })?;
+    if target.exists() {
+        std::fs::remove_dir_all(target).map_err(failed(target))?;
+    }
+    std::fs::rename(&folder, target).map_err(failed(target))
+}
+
+/// Name of a frame's file.
+fn frame_name(frame: usize) -> String {
+    format!("frame_{frame:06}.png")
+}
+
+fn failed(file: &Path) -> impl FnOnce(std::io::Error) -> RecordingError {
+    let file = file.to_owned();
+    move |source| RecordingError::Write { file, source }
+}
+
+fn write_png(frame: &GrayFrame, file: &Path) -> Result<(), RecordingError> {
+    let mut writer = BufWriter::new(File::create(file).map_err(failed(file))?);
+    PngEncoder::new_with_quality(&mut writer, CompressionType::Fast, FilterType::Sub)
+        .write_image(
+            frame.pixels(),
+            frame.width_px() as u32,
+            frame.height_px() as u32,
+            image::ExtendedColorType::L8,
+        )
+        .map_err(|source| RecordingError::Encode { file: file.to_owned(), source })?;
+    writer.flush().map_err(failed(file))
+}
+
+fn write_text(file: &Path, text: &str) -> Result<(), RecordingError> {
+    std::fs::write(file, text).map_err(failed(file))
+}
+
+fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), RecordingError> {
+    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px\n");
+    let along = |i: usize| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
+    let origin_px = (0..scene.frame_count()).find_map(along).unwrap_or(0.0);
+    for i in 0..scene.frame_count() {
+        let truth = scene.truth(i);
+        let seam = truth.seam.map_or_else(
+            || ",,".to_owned(),
+            |seam| {
+                let x_mm = scenario.mm_per_px.get() * (scene.axis().along_px(seam) - origin_px);
+                format!("{:.4},{:.4},{x_mm:.5}", seam.u_px, seam.v_px)
+            },
+        );
+        let gap = truth.gap_px.map_or_else(String::new, |gap_px| format!("{gap_px:.3}"));
+        text += &format!("{i},{seam},{},{gap}\n", u8::from(truth.occluded));
+    }
+    write_text(file, &text)
+}
+
+fn write_timestamps(scene: &Scene, file: &Path) -> Result<(), RecordingError> {
+    let mut text = String::from("#timestamp [ns],filename\n");
+    let first_s = scene.timestamp_s(0);
+    for i in 0..scene.frame_count() {
+        let nanoseconds = ((scene.timestamp_s(i) - first_s) * 1e9).round() as i64;
+        text += &format!("{nanoseconds},{}\n", frame_name(i));
+    }
+    write_text(file, &text)
+}
