@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 
 use crate::imgproc::MedianKernel;
+use crate::imgproc::geometry::JointKind;
 use crate::kalman::{ColouredMeasurement, InvalidParameter};
 use crate::kcf::{Kcf, KcfError, KcfSettings};
-use crate::tracker::{Method, PaperSettings};
+use crate::tracker::{Method, PaperSettings, RobustSettings};
 use crate::units::{MmPerPx, PixelPoint, StripeAxis};
 
 /// The sampling period that the printed noise numbers belong to \[s\]; other time steps are derived from it.
@@ -19,8 +20,35 @@ const DU_2022_PERIOD_S: f64 = 0.2;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
+    /// Stripe geometry, KCF and interacting models.
+    Robust,
     /// The method of Du 2022, as printed.
     Paper,
+}
+
+/// The joint to follow.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[serde(rename_all = "lowercase")]
+pub enum Joint {
+    /// Butt joint.
+    Butt,
+    /// Lap joint.
+    Lap,
+    /// V-groove.
+    Vgroove,
+    /// Fillet or corner joint.
+    Fillet,
+}
+
+impl From<Joint> for JointKind {
+    fn from(joint: Joint) -> Self {
+        match joint {
+            Joint::Butt => Self::Butt,
+            Joint::Lap => Self::Lap,
+            Joint::Vgroove => Self::VGroove,
+            Joint::Fillet => Self::Fillet,
+        }
+    }
 }
 
 /// Which way the stripe runs.
@@ -53,6 +81,8 @@ impl Stripe {
 pub struct Config {
     /// Which pipeline follows the seam.
     pub preset: Preset,
+    /// The joint to follow.
+    pub joint: Joint,
     /// Which way the stripe runs.
     pub stripe: Stripe,
     /// Time from frame to frame \[s\], where the recording has no time stamps. Du 2022: 0.2.
@@ -101,7 +131,8 @@ pub struct PaperConfig {
 impl Default for Config {
     fn default() -> Self {
         Self {
-            preset: Preset::Paper,
+            preset: Preset::Robust,
+            joint: Joint::Butt,
             stripe: Stripe::Auto,
             period_s: 0.2,
             mm_per_px: MmPerPx::DU_2022,
@@ -203,6 +234,9 @@ impl Config {
         }
         match self.preset {
             Preset::Paper => Ok(Method::Paper(self.paper.settings()?)),
+            Preset::Robust => {
+                Ok(Method::Robust(RobustSettings { joint: self.joint.into(), ..RobustSettings::default() }))
+            }
         }
     }
 }

@@ -9,7 +9,7 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use seamtrack::calib::Origin;
-use seamtrack::config::{Config, Preset, Stripe};
+use seamtrack::config::{Config, Joint, Preset, Stripe};
 use seamtrack::report::results::write_path_csv;
 use seamtrack::report::summary::write_summary;
 use seamtrack::run::{RunOutcome, Seen};
@@ -36,6 +36,9 @@ pub struct Track {
     /// Pipeline
     #[arg(long)]
     preset: Option<Preset>,
+    /// The joint to follow
+    #[arg(long)]
+    joint: Option<Joint>,
     /// Which way the stripe runs
     #[arg(long)]
     stripe: Option<Stripe>,
@@ -110,6 +113,7 @@ impl Track {
     fn effective_config(&self) -> anyhow::Result<Config> {
         let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
         config.preset = self.preset.unwrap_or(config.preset);
+        config.joint = self.joint.unwrap_or(config.joint);
         config.stripe = self.stripe.unwrap_or(config.stripe);
         config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
         config.period_s = self.period.unwrap_or(config.period_s);

@@ -5,6 +5,7 @@
 mod centreline;
 mod cv;
 mod features;
+pub mod geometry;
 
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
 pub use cv::{MedianError, MedianKernel, median};

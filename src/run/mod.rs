@@ -14,7 +14,7 @@ use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck};
 use crate::tracker::{Estimate, Status, Tracker, TrackerError};
-use crate::units::StripeAxis;
+use crate::units::{PixelPoint, StripeAxis};
 
 /// Frames that are decoded ahead of the tracker.
 const DECODED_AHEAD: usize = 8;
@@ -200,7 +200,10 @@ impl Run {
         let calibration = origin_px.map(|origin_px| ScaleCalibration { mm_per_px: config.mm_per_px, origin_px });
         let frames_per_second = self.records.len() as f64 / elapsed_s.max(1e-9);
         let rows = self.records.into_iter().enumerate();
-        let rows = rows.map(|(number, record)| row(number, record, along, calibration)).collect();
+        let mut rows: Vec<PathRow> = rows.map(|(number, record)| row(number, record, along, calibration)).collect();
+        if let Some(calibration) = calibration {
+            fill_smoothed(&mut rows, &self.tracker.smoothed()?, along, calibration);
+        }
         Ok(RunOutcome {
             size_px,
             axis,
@@ -240,6 +243,26 @@ fn row(number: usize, record: Record, along: StripeAxis, calibration: Option<Sca
         x_std_mm: seam.zip(calibration).map(|(s, c)| s.std_px * c.mm_per_px.get()),
         nis: estimate.nis,
         ..PathRow::empty(number, file, time_s, status)
+    }
+}
+
+/// Writes the smoothed path into the rows. Across the stripe nothing is smoothed: the last row seen stands there.
+fn fill_smoothed(
+    rows: &mut [PathRow],
+    smoothed: &[Option<(f64, f64)>],
+    along: StripeAxis,
+    calibration: ScaleCalibration,
+) {
+    let mut across_px = None;
+    for (row, state) in rows.iter_mut().zip(smoothed) {
+        let seen = row.point(crate::report::results::Estimator::Filtered);
+        across_px = seen.map(|point| along.image_from_stripe(point).v_px).or(across_px);
+        if let (Some((along_px, variance_px2)), Some(across_px)) = (*state, across_px) {
+            let point = along.image_from_stripe(PixelPoint::new(along_px, across_px));
+            (row.smooth_u_px, row.smooth_v_px) = (Some(point.u_px), Some(point.v_px));
+            row.smooth_x_mm = Some(calibration.mm_from_px(along_px));
+            row.smooth_x_std_mm = Some(variance_px2.sqrt() * calibration.mm_per_px.get());
+        }
     }
 }
 

@@ -1,5 +1,6 @@
 //! What the tracker says of one frame.
 
+use crate::imgproc::geometry::Refusal;
 use crate::units::PixelPoint;
 
 /// What the tracker knows about the seam.
@@ -50,6 +51,14 @@ pub enum Observation {
     Kcf,
     /// The KCF's peak left the image.
     PeakOutside,
+    /// The stripe's geometry went into the filter.
+    Geometry,
+    /// The stripe's geometry was too far from the prediction.
+    Refused,
+    /// Refused geometry agreed with itself over several frames: the filter started anew.
+    Reacquired,
+    /// The stripe's geometry could not be trusted; the filter predicted.
+    GeometryRefused(Refusal),
 }
 
 impl Observation {
@@ -62,6 +71,10 @@ impl Observation {
             Self::Seed => "seed",
             Self::Kcf => "kcf",
             Self::PeakOutside => "kcf-peak-outside-image",
+            Self::Geometry => "geometry",
+            Self::Refused => "geometry-too-far",
+            Self::Reacquired => "reacquired",
+            Self::GeometryRefused(refusal) => refusal.name(),
         }
     }
 }

@@ -5,14 +5,16 @@
 mod estimate;
 mod orientation;
 mod paper;
+mod robust;
 
 pub use estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
 pub use orientation::find_axis;
 pub use paper::{PaperSettings, PaperTracker};
+pub use robust::{RobustSettings, RobustTracker};
 
 use crate::frame::GrayFrame;
 use crate::imgproc::{MedianError, SeamRoi};
-use crate::kalman::{InnovationNotPositive, InvalidParameter};
+use crate::kalman::{InnovationNotPositive, InvalidParameter, SeriesError};
 use crate::kcf::KcfError;
 use crate::units::{PixelPoint, StripeAxis};
 
@@ -21,6 +23,8 @@ use crate::units::{PixelPoint, StripeAxis};
 pub enum Method {
     /// The pipeline of Du 2022.
     Paper(PaperSettings),
+    /// Stripe geometry, KCF and interacting models.
+    Robust(RobustSettings),
 }
 
 /// A tracker that cannot be built, or a step that failed.
@@ -35,6 +39,9 @@ pub enum TrackerError {
     /// The filter's covariance broke down.
     #[error(transparent)]
     Innovation(#[from] InnovationNotPositive),
+    /// The smoother cannot run through the recording.
+    #[error(transparent)]
+    Series(#[from] SeriesError),
     /// OpenCV failed.
     #[error(transparent)]
     Median(#[from] MedianError),
@@ -44,10 +51,12 @@ pub enum TrackerError {
 trait Follow: Send {
     /// The user knows where the seam is in the next frame.
     fn seed_at(&mut self, centre: PixelPoint);
-    /// One frame further.
-    fn step(&mut self, frame: &GrayFrame, time_s: f64) -> Result<Estimate, TrackerError>;
+    /// One frame further; `repeated` when it equals its predecessor.
+    fn step(&mut self, frame: &GrayFrame, time_s: f64, repeated: bool) -> Result<Estimate, TrackerError>;
     /// A frame that could not be read: the filter predicts through it.
     fn miss(&mut self, time_s: f64) -> Result<(), TrackerError>;
+    /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them.
+    fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError>;
 }
 
 /// Finds the seam and follows it from frame to frame.
@@ -67,6 +76,7 @@ impl Tracker {
     pub fn new(method: &Method, axis: Option<StripeAxis>, seed_at: Option<PixelPoint>) -> Result<Self, TrackerError> {
         let follow: Box<dyn Follow> = match method {
             Method::Paper(settings) => Box::new(PaperTracker::new(settings)?),
+            Method::Robust(settings) => Box::new(RobustTracker::new(settings)?),
         };
         Ok(Self { follow, axis, previous: None, seed_at })
     }
@@ -94,8 +104,8 @@ impl Tracker {
         }
         let estimate = match self.axis {
             None => Estimate::seeking(Observation::NoStripe),
-            Some(StripeAxis::Horizontal) => self.follow.step(frame, time_s)?,
-            Some(StripeAxis::Vertical) => self.follow.step(&frame.transposed(), time_s)?.transposed(),
+            Some(StripeAxis::Horizontal) => self.follow.step(frame, time_s, repeated)?,
+            Some(StripeAxis::Vertical) => self.follow.step(&frame.transposed(), time_s, repeated)?.transposed(),
         };
         self.previous = Some(frame.clone());
         Ok(Estimate { repeated, ..estimate })
@@ -107,6 +117,15 @@ impl Tracker {
     /// When the model cannot be built for the time step.
     pub fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
         self.follow.miss(time_s)
+    }
+
+    /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them; nothing by a
+    /// method without a smoother.
+    ///
+    /// # Errors
+    /// When a covariance breaks down.
+    pub fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
+        self.follow.smoothed()
     }
 }
 

@@ -90,15 +90,21 @@ impl PaperTracker {
 
     /// The KCF's answer round its own last peak; the template learns if the PSR allows it.
     fn locate(&mut self, frame: &GrayFrame, around: PixelPoint) -> (Response, KcfReading) {
-        let response = self.kcf.detect(frame, around);
+        let response = self.kcf.detect(frame, nearest_pixel(around));
         let psr = f64::from(response.psr);
         let template_updated = psr >= self.settings.psr_threshold;
         if template_updated {
-            self.kcf.update(frame, response.peak, self.settings.learning_rate);
+            self.kcf.update(frame, nearest_pixel(response.peak), self.settings.learning_rate);
         }
         let psr_ratio = f64::from(response.psr_ratio());
         (response, KcfReading { peak: response.peak, psr, psr_ratio, template_updated })
     }
+}
+
+/// Windows lie on whole pixels, as in the paper: a template that learns between pixels drifts along the stripe, since
+/// no rounding holds its small errors back.
+fn nearest_pixel(point: PixelPoint) -> PixelPoint {
+    PixelPoint::new(point.u_px.round(), point.v_px.round())
 }
 
 fn seam(filter: &Gaussian<3>, v_px: f64) -> SeamEstimate {
@@ -114,7 +120,7 @@ impl Follow for PaperTracker {
         self.seed_at = Some(centre);
     }
 
-    fn step(&mut self, frame: &GrayFrame, time_s: f64) -> Result<Estimate, TrackerError> {
+    fn step(&mut self, frame: &GrayFrame, time_s: f64, _repeated: bool) -> Result<Estimate, TrackerError> {
         let frame = &median(frame, self.settings.median)?;
         let (filter, last_s, around) = match self.state {
             State::Seeking => return self.seed(frame, time_s, false),
@@ -147,5 +153,9 @@ impl Follow for PaperTracker {
             *last_s = time_s;
         }
         Ok(())
+    }
+
+    fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
+        Ok(vec![])
     }
 }

@@ -1,0 +1,71 @@
+//! V-groove and fillet: the centre is where the lines of the two sides meet.
+
+use super::line::{self, Line};
+use super::ridge::{CrossSection, Search, ridge};
+use super::{HALF_WINDOW_PX, JointFit, JointKind, JointModel, Refusal, columns};
+use crate::frame::GrayFrame;
+use crate::units::PixelPoint;
+
+/// Columns left out next to the corner \[px\]: its rounded toe or open root is not part of the flanks.
+const TOE_FILLET_PX: f64 = 6.0;
+const TOE_VGROOVE_PX: f64 = 3.0;
+/// Columns left out before the V-groove's shoulder \[px\].
+const SHOULDER_PX: f64 = 5.0;
+/// Fewest columns of a side.
+const LEAST_COLUMNS: usize = 8;
+/// Least difference of the sides' slopes that makes a corner.
+const LEAST_BEND: f64 = 0.15;
+/// How far beyond the search range the corner may lie \[px\].
+const SLACK_PX: f64 = 8.0;
+
+/// Fits both sides and intersects them, twice: the second time with the columns parted at the first corner.
+pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
+    let section = CrossSection::new(model.stripe_sd_px);
+    let (toe_px, reach_px) = match (model.kind, model.half_width_px) {
+        (JointKind::VGroove, Some(half_px)) => (TOE_VGROOVE_PX, half_px - SHOULDER_PX),
+        _ => (TOE_FILLET_PX, HALF_WINDOW_PX),
+    };
+    let shifted = |line: Line| Line { v_px: line.v_px + dv_px, ..line };
+    let mut corner_u = u_px;
+    let mut sides = [shifted(model.left), shifted(model.right)];
+    let mut result = Err(Refusal::NoLine);
+    for _ in 0..2 {
+        let window = columns(frame, u_px, HALF_WINDOW_PX);
+        let part = |from_px: f64, to_px: f64| {
+            let first = (corner_u + from_px).ceil().max(window.start as f64) as usize;
+            let end = (corner_u + to_px).floor().min(window.end as f64 - 1.0).max(0.0) as usize + 1;
+            first..end.max(first)
+        };
+        let parts = [part(-reach_px, -toe_px), part(toe_px, reach_px)];
+        let mut fits = [None, None];
+        for ((columns, prior), fit) in parts.into_iter().zip(sides).zip(&mut fits) {
+            if columns.len() < LEAST_COLUMNS {
+                return Err(Refusal::Border);
+            }
+            let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
+            let points = ridge(frame, columns, |u| prior.at(u - corner_u), &section, search);
+            *fit = line::fit(&points, corner_u, prior, HALF_WINDOW_PX);
+        }
+        let [Some(left), Some(right)] = fits else { return Err(Refusal::NoLine) };
+        let bend = left.line.slope - right.line.slope;
+        if bend.abs() < LEAST_BEND {
+            return Err(Refusal::NoCorner);
+        }
+        let du = (right.line.v_px - left.line.v_px) / bend;
+        if (corner_u + du - u_px).abs() > search_px + SLACK_PX {
+            return Err(Refusal::NoCorner);
+        }
+        corner_u += du;
+        sides = [left.line.moved(du), right.line.moved(du)];
+        result = Ok(JointFit {
+            centre: PixelPoint::new(corner_u, sides[0].v_px),
+            left: sides[0],
+            right: sides[1],
+            free_slopes: [left.free_slope, right.free_slope],
+            support: left.support.min(right.support),
+            residual_px: left.residual_px.max(right.residual_px),
+            edges: None,
+        });
+    }
+    result
+}

@@ -1,0 +1,187 @@
+//! The joint's cross-section from a frame in which the stripe is well seen.
+
+use super::line::Line;
+use super::{HALF_WINDOW_PX, JointKind, JointModel, columns};
+use crate::frame::GrayFrame;
+use crate::units::PixelPoint;
+
+/// Rows above and below the seed in which the stripe is sought \[px\]: deeper than any joint.
+const REACH_ROWS: usize = 70;
+/// A column counts when its peak reaches this share of the median column's. Prototype.
+const LEAST_PEAK_SHARE: f64 = 0.4;
+/// Columns left out beside the seed \[px\] when the sides' lines are fitted. Prototype.
+const INNER_EDGES_PX: f64 = 14.0;
+const INNER_FILLET_PX: f64 = 6.0;
+/// The stretch in which a V-groove's flank begins \[px\].
+const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
+/// Widest and narrowest V-groove, root to shoulder \[px\].
+const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=75.0;
+/// Distance from its line at which a column leaves a side \[px\].
+const INLIER_PX: f64 = 1.8;
+/// Fewest columns of a side.
+const LEAST_COLUMNS: usize = 8;
+/// Range of stripe SDs \[px\].
+const STRIPE_SD_PX: std::ops::RangeInclusive<f64> = 1.2..=6.0;
+
+/// A column's brightest row.
+#[derive(Debug, Clone, Copy)]
+struct Peak {
+    du_px: f64,
+    v_px: f64,
+    height_grey: f64,
+}
+
+/// Reads the joint's model round `seed`. None where there is no stripe on both sides.
+#[must_use]
+pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<JointModel> {
+    let peaks = peaks(frame, seed);
+    let side = |from_px: f64, to_px: f64| {
+        let part: Vec<Peak> = peaks.iter().copied().filter(|p| p.du_px > from_px && p.du_px < to_px).collect();
+        consensus_line(&part)
+    };
+    let (left, right, half_width_px) = match kind {
+        JointKind::VGroove => {
+            let left = side(-FLANK_PX.end, -FLANK_PX.start)?;
+            let right = side(FLANK_PX.start, FLANK_PX.end)?;
+            let half = flank_end(&peaks, left, -1.0).min(flank_end(&peaks, right, 1.0));
+            let half = half.clamp(*HALF_WIDTHS_PX.start(), *HALF_WIDTHS_PX.end());
+            (side(-half + 4.0, -4.0).unwrap_or(left), side(4.0, half - 4.0).unwrap_or(right), Some(half))
+        }
+        JointKind::Fillet => (side(-HALF_WINDOW_PX, -INNER_FILLET_PX)?, side(INNER_FILLET_PX, HALF_WINDOW_PX)?, None),
+        JointKind::Butt | JointKind::Lap => {
+            (side(-HALF_WINDOW_PX, -INNER_EDGES_PX)?, side(INNER_EDGES_PX, HALF_WINDOW_PX)?, None)
+        }
+    };
+    let stripe_sd_px = stripe_sd(frame, seed, &peaks)?;
+    Some(JointModel { kind, stripe_sd_px, left, right, gap_px: None, half_width_px, fits: 0 })
+}
+
+/// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.
+fn peaks(frame: &GrayFrame, seed: PixelPoint) -> Vec<Peak> {
+    let centre = seed.v_px.round().max(0.0) as usize;
+    let rows = centre.saturating_sub(REACH_ROWS)..(centre + REACH_ROWS + 1).min(frame.height_px());
+    let mut peaks: Vec<Peak> = columns(frame, seed.u_px, HALF_WINDOW_PX)
+        .map(|u| {
+            let smooth = |v: usize| {
+                (-3isize..=3)
+                    .map(|dv| f64::from(frame.at_clamped(u as isize, v as isize + dv)) * SMOOTHING[(dv + 3) as usize])
+                    .sum::<f64>()
+            };
+            let (mut best, mut height) = (rows.start, f64::NEG_INFINITY);
+            for v in rows.clone() {
+                let value = smooth(v);
+                if value > height {
+                    (best, height) = (v, value);
+                }
+            }
+            let (a, b, c) = (smooth(best.saturating_sub(1)), height, smooth(best + 1));
+            let curvature = a - 2.0 * b + c;
+            let vertex = if curvature < -1e-9 { (0.5 * (a - c) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
+            Peak { du_px: u as f64 - seed.u_px, v_px: best as f64 + vertex, height_grey: height }
+        })
+        .collect();
+    let mut heights: Vec<f64> = peaks.iter().map(|p| p.height_grey).collect();
+    if heights.is_empty() {
+        return peaks;
+    }
+    let middle = heights.len() / 2;
+    let median = *heights.select_nth_unstable_by(middle, f64::total_cmp).1;
+    peaks.retain(|p| p.height_grey > LEAST_PEAK_SHARE * median);
+    peaks
+}
+
+/// A Gaussian of SD 1.5 px.
+const SMOOTHING: [f64; 7] = [0.0366, 0.1113, 0.2167, 0.2708, 0.2167, 0.1113, 0.0366];
+
+/// The line that most columns agree on, refined by least squares over those.
+fn consensus_line(peaks: &[Peak]) -> Option<Line> {
+    if peaks.len() < LEAST_COLUMNS {
+        return None;
+    }
+    let through = |a: Peak, b: Peak| {
+        let slope = (b.v_px - a.v_px) / (b.du_px - a.du_px);
+        Line { v_px: a.v_px - slope * a.du_px, slope }
+    };
+    let inlier = |line: &Line, p: &Peak| (p.v_px - line.at(p.du_px)).abs() < INLIER_PX;
+    let stride = (peaks.len() / 24).max(1);
+    let mut best: Option<(usize, Line)> = None;
+    for i in (0..peaks.len()).step_by(stride) {
+        for j in (i + 1..peaks.len()).step_by(stride) {
+            if peaks[j].du_px - peaks[i].du_px < 6.0 {
+                continue;
+            }
+            let line = through(peaks[i], peaks[j]);
+            let votes = peaks.iter().filter(|p| inlier(&line, p)).count();
+            if best.as_ref().is_none_or(|(most, _)| votes > *most) {
+                best = Some((votes, line));
+            }
+        }
+    }
+    let (votes, line) = best?;
+    if votes < LEAST_COLUMNS.max(peaks.len() / 3) {
+        return None;
+    }
+    let members: Vec<&Peak> = peaks.iter().filter(|p| inlier(&line, p)).collect();
+    let n = members.len() as f64;
+    let mu = members.iter().map(|p| p.du_px).sum::<f64>() / n;
+    let mv = members.iter().map(|p| p.v_px).sum::<f64>() / n;
+    let spread: f64 = members.iter().map(|p| (p.du_px - mu).powi(2)).sum();
+    let covariance: f64 = members.iter().map(|p| (p.du_px - mu) * (p.v_px - mv)).sum();
+    let slope = if spread > 0.0 { covariance / spread } else { line.slope };
+    Some(Line { v_px: mv - slope * mu, slope })
+}
+
+/// How far from the root the columns stay on a flank's line, going to `sign` \[px\].
+fn flank_end(peaks: &[Peak], line: Line, sign: f64) -> f64 {
+    let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > FLANK_PX.start).collect();
+    outward.sort_by(|a, b| a.du_px.abs().total_cmp(&b.du_px.abs()));
+    let mut end = FLANK_PX.end;
+    let mut off = 0;
+    for peak in outward {
+        if (peak.v_px - line.at(peak.du_px)).abs() < 2.0 * INLIER_PX {
+            end = peak.du_px.abs();
+            off = 0;
+        } else {
+            off += 1;
+            if off >= 4 {
+                break;
+            }
+        }
+    }
+    end
+}
+
+/// The stripe's SD from the second moment of clean columns, the median of them.
+fn stripe_sd(frame: &GrayFrame, seed: PixelPoint, peaks: &[Peak]) -> Option<f64> {
+    const HALF: isize = 12;
+    let mut sds: Vec<f64> = peaks
+        .iter()
+        .step_by(4)
+        .filter_map(|peak| {
+            let (u, v) = ((peak.du_px + seed.u_px).round() as isize, peak.v_px.round() as isize);
+            let mut greys: Vec<f64> = (-HALF..=HALF).map(|dv| f64::from(frame.at_clamped(u, v + dv))).collect();
+            let mut sorted = greys.clone();
+            sorted.sort_unstable_by(f64::total_cmp);
+            let background = sorted[sorted.len() * 3 / 10];
+            let top = sorted[sorted.len() - 1] - background;
+            for grey in &mut greys {
+                *grey -= background;
+                if *grey < 0.1 * top {
+                    *grey = 0.0;
+                }
+            }
+            let sum: f64 = greys.iter().sum();
+            let moment = |power: i32, about: f64| {
+                greys.iter().enumerate().map(|(i, g)| g * (i as f64 - about).powi(power)).sum::<f64>() / sum
+            };
+            (sum > 0.0).then(|| moment(2, moment(1, 0.0)).sqrt())
+        })
+        .collect();
+    if sds.is_empty() {
+        return None;
+    }
+    let middle = sds.len() / 2;
+    let median = *sds.select_nth_unstable_by(middle, f64::total_cmp).1;
+    // The threshold cuts off the tails, which makes the moment 5 % small.
+    Some((1.05 * median).clamp(*STRIPE_SD_PX.start(), *STRIPE_SD_PX.end()))
+}

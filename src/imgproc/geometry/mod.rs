@@ -1,0 +1,205 @@
+//! Stripe geometry: the joint's centre from the stripe on its two sides, near a prediction.
+//!
+//! Along each side's predicted line the stripe's ridge is sought across the stripe ([`ridge`]), a line is fitted
+//! robustly through it ([`line`]), and the centre is where the two lines meet (V-groove, fillet: [`corner`]) or the
+//! middle between the ends of the stripe on them (butt, lap: [`edges`]).
+
+mod corner;
+mod edges;
+mod learn;
+mod line;
+mod ridge;
+
+pub use learn::learn;
+pub use line::Line;
+
+use crate::frame::GrayFrame;
+use crate::units::PixelPoint;
+
+/// The kind of a joint, by how its centre is defined.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum JointKind {
+    /// Middle between the two gap edges.
+    Butt,
+    /// Middle between the end of the upper plate's stripe and the start of the lower one's.
+    Lap,
+    /// Where the two flanks meet.
+    VGroove,
+    /// Where the two legs meet.
+    Fillet,
+}
+
+impl JointKind {
+    /// Whether the centre lies between two edges, not at a corner.
+    #[must_use]
+    pub const fn has_edges(self) -> bool {
+        matches!(self, Self::Butt | Self::Lap)
+    }
+}
+
+/// Half the stretch along the stripe that a fit looks at \[px\]. Prototype: 80.
+pub const HALF_WINDOW_PX: f64 = 80.0;
+
+/// What is known of the joint's cross-section; lines are given relative to the seam's column.
+#[derive(Debug, Clone, PartialEq)]
+pub struct JointModel {
+    /// Its kind.
+    pub kind: JointKind,
+    /// SD of the stripe's cross-section \[px\].
+    pub stripe_sd_px: f64,
+    /// The stripe before the seam.
+    pub left: Line,
+    /// The stripe behind the seam.
+    pub right: Line,
+    /// Distance of the two edges along the stripe \[px\] (butt, lap).
+    pub gap_px: Option<f64>,
+    /// From the root to the nearer shoulder \[px\] (V-groove).
+    pub half_width_px: Option<f64>,
+    /// Fits that went into the model.
+    pub fits: u32,
+}
+
+/// One frame's fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct JointFit {
+    /// The joint's centre.
+    pub centre: PixelPoint,
+    /// The stripe before the seam, relative to the centre's column.
+    pub left: Line,
+    /// The stripe behind the seam.
+    pub right: Line,
+    /// The sides' slopes with hardly any prior, for slow learning.
+    pub free_slopes: [f64; 2],
+    /// Share of each side's columns that lie on its line, the lesser of the two, 0 to 1.
+    pub support: f64,
+    /// Weighted RMS distance of the ridge from its line, the larger of the two sides \[px\].
+    pub residual_px: f64,
+    /// How well the two edges explain the stripe's presence (butt, lap).
+    pub edges: Option<EdgeQuality>,
+}
+
+/// How well two edges explain where the stripe is and where not.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EdgeQuality {
+    /// Distance of the two edges along the stripe \[px\].
+    pub gap_px: f64,
+    /// Truncated squared mismatch per column, 0 to 2.
+    pub cost: f64,
+    /// By how much the next-best place over 3 px away is worse.
+    pub margin: f64,
+}
+
+/// Why a frame has no fit.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Refusal {
+    /// The prediction is too close to the image's border.
+    Border,
+    /// A side has no ridge that a line goes through.
+    NoLine,
+    /// The sides are parallel, or meet too far from the prediction.
+    NoCorner,
+    /// Too few columns lie on the lines.
+    Support,
+    /// The edges explain the stripe badly: it is covered, or the seam is not here.
+    Cost,
+    /// Another place explains the stripe as well.
+    Margin,
+    /// The ridge scatters about its line.
+    Residual,
+}
+
+impl Refusal {
+    /// The word that the trace writes.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Border => "border",
+            Self::NoLine => "no-line",
+            Self::NoCorner => "no-corner",
+            Self::Support => "support",
+            Self::Cost => "cost",
+            Self::Margin => "margin",
+            Self::Residual => "residual",
+        }
+    }
+}
+
+/// Least support of a fit with edges, and of one with a corner. Prototype.
+const LEAST_SUPPORT_EDGES: f64 = 0.20;
+const LEAST_SUPPORT_CORNER: f64 = 0.25;
+/// Largest residual \[px\]. Prototype.
+const LARGEST_RESIDUAL_PX: f64 = 1.6;
+/// Largest edge cost: covered frames have .3 and more. Prototype.
+const LARGEST_COST: f64 = 0.2;
+/// Least margin over the next-best place. Prototype.
+const LEAST_MARGIN: f64 = 1.0;
+
+impl JointFit {
+    /// The fit again, or why it cannot be trusted.
+    ///
+    /// # Errors
+    /// The first of support, residual, cost and margin that fails.
+    pub fn judged(self) -> Result<Self, Refusal> {
+        let least_support = if self.edges.is_some() { LEAST_SUPPORT_EDGES } else { LEAST_SUPPORT_CORNER };
+        if self.support < least_support {
+            return Err(Refusal::Support);
+        }
+        if self.residual_px > LARGEST_RESIDUAL_PX {
+            return Err(Refusal::Residual);
+        }
+        match self.edges {
+            Some(edges) if edges.cost > LARGEST_COST => Err(Refusal::Cost),
+            Some(edges) if edges.margin < LEAST_MARGIN => Err(Refusal::Margin),
+            _ => Ok(self),
+        }
+    }
+}
+
+impl JointModel {
+    /// Fits the joint within `search_px` of column `u_px`, the sides' lines shifted by `dv_px`. The fit is not judged
+    /// yet: [`JointFit::judged`].
+    ///
+    /// # Errors
+    /// When there is nothing to fit.
+    pub fn fit(&self, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
+        let near_border = 6.0;
+        if !(near_border..=frame.width_px() as f64 - 1.0 - near_border).contains(&u_px) {
+            return Err(Refusal::Border);
+        }
+        if self.kind.has_edges() {
+            edges::fit(self, frame, u_px, dv_px, search_px)
+        } else {
+            corner::fit(self, frame, u_px, dv_px, search_px)
+        }
+    }
+
+    /// Where the seam's row is expected \[px\].
+    #[must_use]
+    pub fn seam_v_px(&self) -> f64 {
+        0.5 * (self.left.v_px + self.right.v_px)
+    }
+
+    /// Takes over what an accepted fit says: the height at once, slopes and gap slowly.
+    pub fn learn(&mut self, fit: &JointFit) {
+        self.fits += 1;
+        let early = 1.0 / f64::from(self.fits + 1);
+        let slope_rate = early.max(0.06);
+        let take = |line: &mut Line, measured: Line, free_slope: f64| {
+            line.v_px = measured.v_px;
+            line.slope += slope_rate * (free_slope - line.slope);
+        };
+        take(&mut self.left, fit.left, fit.free_slopes[0]);
+        take(&mut self.right, fit.right, fit.free_slopes[1]);
+        if let Some(edges) = fit.edges {
+            let gap_rate = early.max(0.15);
+            self.gap_px = Some(self.gap_px.map_or(edges.gap_px, |gap| gap + gap_rate * (edges.gap_px - gap)));
+        }
+    }
+}
+
+/// The integer columns within `half_px` of `u_px` that lie in the frame.
+fn columns(frame: &GrayFrame, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
+    let first = (u_px.round() - half_px).max(0.0) as usize;
+    let last = (u_px.round() + half_px).min(frame.width_px() as f64 - 1.0) as usize;
+    first..last + 1
+}

@@ -1,0 +1,66 @@
+//! What was accepted in each frame, for the smoother.
+
+use nalgebra::SMatrix;
+
+use super::filter::{self, PROCESS_NOISE};
+use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
+
+/// A measurement as the filter took it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// Position along the stripe \[px\].
+    pub u_px: f64,
+    /// R as used \[px²\].
+    pub variance_px2: f64,
+}
+
+/// The recording so far.
+#[derive(Debug, Default)]
+pub struct History {
+    frames: Vec<Frame<1>>,
+    /// For each frame of the recording, its place in `frames`: repeated frames share one.
+    places: Vec<usize>,
+    step: f64,
+}
+
+impl History {
+    /// The next frame lies `frames` after the last.
+    pub fn step(&mut self, frames: f64) {
+        self.step = frames;
+    }
+
+    /// Nothing was accepted in it.
+    pub fn nothing(&mut self) {
+        self.push(None);
+    }
+
+    /// `measured` was accepted in it.
+    pub fn measured(&mut self, measured: Measured) {
+        self.push(Some(measured));
+    }
+
+    /// The next frame repeats the last one.
+    pub fn repeated(&mut self) {
+        if let Some(&place) = self.places.last() {
+            self.places.push(place);
+        }
+    }
+
+    fn push(&mut self, measured: Option<Measured>) {
+        let variance = measured.map(|m| SMatrix::from_element(m.variance_px2));
+        self.places.push(self.frames.len());
+        self.frames.push(Frame { dt_s: self.step.max(1e-6), z: [measured.map(|m| m.u_px)], R: variance });
+    }
+
+    /// Position and its variance in each frame given all frames, its process noise by maximum likelihood.
+    pub fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
+        if self.frames.iter().all(|frame| frame.z[0].is_none()) {
+            return Ok(vec![None; self.places.len()]);
+        }
+        let model =
+            filter::model(PROCESS_NOISE[1], 0.1).map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
+        let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
+        let at = |&place: &usize| smoothed.states[place].map(|state| (state.x[0], state.P[(0, 0)].max(0.0)));
+        Ok(self.places.iter().map(at).collect())
+    }
+}
