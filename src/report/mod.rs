@@ -2,5 +2,21 @@
 //! and the terminal summary. This folder reads results only; it never tracks.
 
 pub mod atomic;
+mod canvas;
+pub mod compare;
+pub mod export;
+pub mod marks;
+mod model;
+pub mod overlay;
+pub mod page;
 pub mod results;
+pub mod run;
 pub mod summary;
+pub mod table;
+pub mod terminal;
+pub mod textplot;
+pub mod thumbnails;
+pub mod truth;
+pub mod tum;
+pub mod verdict;
+pub mod worst;
