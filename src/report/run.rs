@@ -36,10 +36,10 @@ impl Run {
         Ok(Self { dir: dir.to_owned(), rows, summary, truth_px, thumbnails })
     }
 
-    /// The last part of the directory's name.
+    /// The results directory as the user gave it: what tells runs apart.
     #[must_use]
     pub fn name(&self) -> String {
-        self.dir.file_name().map_or_else(|| self.dir.display().to_string(), |name| name.to_string_lossy().into_owned())
+        self.dir.display().to_string()
     }
 
     /// Position of one estimate along the stripe from `origin_px`, frame by frame \[mm\].
