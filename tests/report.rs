@@ -1,5 +1,4 @@
 //! `seamtrack report` and `seamtrack compare` on made-up results.
-#![expect(missing_docs, reason = "tests")]
 
 mod report_run;
 

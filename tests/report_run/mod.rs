@@ -174,15 +174,16 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
 /// The stripe with its gap at `u_px`, speckled.
 pub fn picture(u_px: f64, random: &mut Pcg64) -> GrayFrame {
     let mut frame = GrayFrame::filled(WIDTH_PX, HEIGHT_PX, 9).unwrap();
-    for v in 0..HEIGHT_PX {
+    random.fill(frame.pixels_mut());
+    frame.pixels_mut().iter_mut().for_each(|grey| *grey = 6 + *grey % 7);
+    for v in STRIPE_V_PX as usize - 10..STRIPE_V_PX as usize + 35 {
         for u in 0..WIDTH_PX {
             let in_gap = (u as f64 - u_px).abs() < 6.5;
-            let centre = STRIPE_V_PX + if in_gap { 24.0 } else { 0.0 };
+            let (centre, amplitude) = if in_gap { (STRIPE_V_PX + 24.0, 70.0) } else { (STRIPE_V_PX, 200.0) };
             let across = (v as f64 - centre) / 2.4;
-            let amplitude = if in_gap { 70.0 } else { 200.0 };
-            let speckle = random.random_range(0.6..1.4);
-            let grey = 9.0 + random.random_range(-3.0..3.0) + amplitude * speckle * (-0.5 * across * across).exp();
-            frame.pixels_mut()[v * WIDTH_PX + u] = grey.clamp(0.0, 255.0) as u8;
+            let light = amplitude * random.random_range(0.6..1.4) * (-0.5 * across * across).exp();
+            let grey = &mut frame.pixels_mut()[v * WIDTH_PX + u];
+            *grey = (f64::from(*grey) + light).clamp(0.0, 255.0) as u8;
         }
     }
     frame

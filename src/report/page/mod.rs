@@ -100,7 +100,7 @@ fn write_page(
             body {
                 (body)
                 script type="application/json" id="model" { (PreEscaped(json)) }
-                script { "\"use strict\";" @for part in SCRIPT { (PreEscaped(part)) } }
+                script { (PreEscaped("\"use strict\";")) @for part in SCRIPT { (PreEscaped(part)) } }
             }
         }
     };
