@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::ensure;
-use seamtrack::report::compare::{availability_lines, check_same_recording, comparison_rows};
+use seamtrack::report::compare::{availability_lines, check_same_recording, comparison_rows, tell_apart};
 use seamtrack::report::page::{DEFAULT_MAX_BYTES, write_comparison};
 use seamtrack::report::run::Run;
 use seamtrack::report::terminal::text_table;
@@ -28,8 +28,9 @@ impl Compare {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let page = self.output.display();
         ensure!(self.force || !self.output.exists(), "{page} exists; --force overwrites it, -o names another file");
-        let runs = self.dirs.iter().map(|dir| Run::read(dir)).collect::<Result<Vec<_>, _>>()?;
+        let mut runs = self.dirs.iter().map(|dir| Run::read(dir)).collect::<Result<Vec<_>, _>>()?;
         check_same_recording(&runs)?;
+        tell_apart(&mut runs);
         let rows = comparison_rows(&runs);
         write_comparison(&self.output, &runs, &rows, DEFAULT_MAX_BYTES)?;
         if rows.is_empty() {

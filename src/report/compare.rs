@@ -49,11 +49,21 @@ pub fn check_same_recording(runs: &[Run]) -> Result<(), CompareError> {
     }
 }
 
+/// Call runs by their whole path where the last part is the same.
+pub fn tell_apart(runs: &mut [Run]) {
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    for run in runs {
+        if names.iter().filter(|name| **name == run.name).count() > 1 {
+            run.name = run.dir.display().to_string();
+        }
+    }
+}
+
 /// The papers' table over all runs: each run's estimates one after another. A run without a truth has no rows.
 #[must_use]
 pub fn comparison_rows(runs: &[Run]) -> Vec<TableRow> {
     let named = |run: &Run| {
-        let name = run.name();
+        let name = run.name.clone();
         error_rows(run).into_iter().map(move |row| TableRow { name: format!("{name}, {}", row.name), ..row })
     };
     runs.iter().flat_map(named).collect()
@@ -64,7 +74,7 @@ pub fn comparison_rows(runs: &[Run]) -> Vec<TableRow> {
 pub fn availability_lines(runs: &[Run]) -> Vec<String> {
     let line = |run: &Run| {
         let known = run.position_mm(Estimator::Filtered, 0.0).iter().flatten().count();
-        format!("{}: a value on {known} of {} frames", run.name(), run.rows.len())
+        format!("{}: a value on {known} of {} frames", run.name, run.rows.len())
     };
     runs.iter().map(line).collect()
 }

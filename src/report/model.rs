@@ -153,7 +153,7 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
     let origin_px = first.origin_px();
     let look = |index: usize| format!("run{}", index % 6);
     let named = |of: &dyn Fn(&Run) -> Vec<Option<f64>>, decimals| -> Vec<Series> {
-        runs.iter().enumerate().map(|(i, run)| curve(&run.name(), &look(i), of(run), decimals)).collect()
+        runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
     };
     let mut path = named(&|run| run.position_mm(Estimator::Filtered, origin_px), MM_DECIMALS);
     path.extend(first.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
@@ -170,7 +170,7 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
         series: named(&|run| column(run, |row| row.psr), 2),
         ..chart("psr", "Peak-to-sidelobe ratio", "PSR", 1)
     });
-    let marks = runs.iter().enumerate().map(|(i, run)| points(run, Estimator::Filtered, run.name(), look(i)));
+    let marks = runs.iter().enumerate().map(|(i, run)| points(run, Estimator::Filtered, run.name.clone(), look(i)));
     let with_images = runs.iter().find(|run| !run.thumbnails.is_empty()).unwrap_or(first);
     Some(PageModel {
         ribbons: runs.iter().map(ribbon).collect(),
@@ -180,7 +180,7 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
             .iter()
             .flat_map(|run| {
                 let error = run.error_mm(Estimator::Filtered).unwrap_or_default();
-                let name = run.name();
+                let name = run.name.clone();
                 let listed = worst_frames(&run.rows, &error).into_iter().take(8);
                 listed.map(move |w| (w.frame, format!("{name}: {}", w.reason))).collect::<Vec<_>>()
             })
@@ -233,6 +233,10 @@ fn error_chart(run: &Run) -> Option<Chart> {
             ..estimate(e, difference(&run.position_mm(e, 0.0), &reference))
         })
         .collect();
+    let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
+    let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
+    let band = Some(Rounded::new(band, MM_DECIMALS));
+    series.push(Series { band, ..curve("±2σ of the filter", "sigma", zero, 0) });
     series.retain(Series::has_values);
     (!series.is_empty()).then(|| Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
 }
@@ -271,7 +275,7 @@ fn column(run: &Run, of: impl Fn(&PathRow) -> Option<f64>) -> Vec<Option<f64>> {
 
 fn ribbon(run: &Run) -> Ribbon {
     let letters = run.rows.iter().filter_map(|row| row.status.name().chars().next());
-    Ribbon { name: run.name(), status: letters.collect() }
+    Ribbon { name: run.name.clone(), status: letters.collect() }
 }
 
 fn points(run: &Run, estimator: Estimator, name: String, look: String) -> Points {

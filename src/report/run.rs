@@ -13,6 +13,8 @@ use super::truth::{self, read_truth_along_px};
 pub struct Run {
     /// The results directory.
     pub dir: PathBuf,
+    /// What the run is called beside others: the last part of the directory's name.
+    pub name: String,
     /// `path.csv`.
     pub rows: Vec<PathRow>,
     /// `summary.json`.
@@ -33,13 +35,9 @@ impl Run {
         let rows = read_path_csv(&dir.join("path.csv"))?;
         let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), summary.calibration.stripe, rows.len())?;
         let thumbnails = read_thumbnails(dir)?;
-        Ok(Self { dir: dir.to_owned(), rows, summary, truth_px, thumbnails })
-    }
-
-    /// The results directory as the user gave it: what tells runs apart.
-    #[must_use]
-    pub fn name(&self) -> String {
-        self.dir.display().to_string()
+        let name =
+            dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
+        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, thumbnails })
     }
 
     /// Position of one estimate along the stripe from `origin_px`, frame by frame \[mm\].

@@ -1,4 +1,5 @@
 // One plot over the frames, drawn as SVG. All plots of a page share a view: the visible frames and the cursor.
+const SMALLEST = 0.01; // what a logarithmic ordinate still shows
 const MARGIN = { left: 58, right: 14, top: 8, bottom: 20 };
 
 function element(name, attributes = {}, ...children) {
@@ -12,7 +13,10 @@ function element(name, attributes = {}, ...children) {
 function ticks(lo, hi, count) {
   const raw = (hi - lo) / Math.max(count, 1);
   const power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((m) => m * power).find((s) => s >= raw * 0.999);
+  const steps = [0.5, 1, 2, 5, 10].map((m) => m * power);
+  const inside = (s) => Math.floor(hi / s + 1e-9) - Math.ceil(lo / s - 1e-9) + 1;
+  const fit = steps.findIndex((s) => s >= raw * 0.999);
+  const step = inside(steps[fit]) < 3 ? steps[fit - 1] : steps[fit];
   const decimals = Math.max(0, -Math.floor(Math.log10(step) + 1e-9));
   const list = [];
   for (let k = Math.ceil(lo / step - 1e-9); k * step <= hi + step * 1e-9; k++) {
@@ -96,7 +100,10 @@ class Chart {
     this.gaps = gaps;
     this.height = spec.id === "path" ? 216 : 128;
     this.svg = element("svg", { class: "chart", role: "img", "aria-label": spec.title });
-    if (spec.log) for (const s of spec.series) s.y = s.y.map((v) => (v === null ? null : Math.log10(Math.max(v, 1e-3))));
+    if (spec.log) for (const s of spec.series) {
+      s.raw = s.y;
+      s.y = s.y.map((v) => (v === null ? null : Math.log10(Math.max(v, SMALLEST))));
+    }
     this.limits = spec.limits.map(([value, name]) => [spec.log ? Math.log10(value) : value, name]);
   }
 
@@ -147,14 +154,15 @@ class Chart {
     for (const s of this.spec.series) {
       const points = thinned(s.y, first, last, columns);
       const path = s.dots ? dotPath(points, x, y) : linePath(points, x, y);
-      plot.append(element("path", { class: `curve ${s.look}${s.dots ? " dots" : ""}`, d: path }));
-    }
-    for (const [value, name] of this.limits) {
-      plot.append(element("path", { class: "limit", d: `M${left},${y(value)}H${right}` }));
-      const text = element("text", { class: "limit-name", x: right - 4, y: y(value) - 4, "text-anchor": "end" }, name);
-      plot.append(text);
+      plot.append(element("path", { class: `curve ${s.look}${s.dots ? " dots" : ""}${points.length > columns ? " dense" : ""}`, d: path }));
     }
     svg.append(plot);
+    this.limits.forEach(([value, name], k) => {
+      svg.append(element("path", { class: "limit", d: `M${left},${y(value)}H${right}` }));
+      // Lines that lie close together carry their names on their outer sides.
+      const below = this.limits[k + 1] && y(value) - y(this.limits[k + 1][0]) < 16 ? 13 : -4;
+      svg.append(element("text", { class: "limit-name", x: right - 4, y: y(value) + below, "text-anchor": "end" }, name));
+    });
     this.zoomBox = element("rect", { class: "zoom", y: top, height: bottom - top, width: 0 });
     this.cursor = element("path", { class: "cursor", d: "" });
     if (svg === this.svg) svg.append(this.zoomBox, this.cursor);
@@ -192,8 +200,8 @@ class Chart {
 
   /** The value of a series at a frame, as text. */
   value(series, frame) {
-    const v = series.y[frame];
-    return v === null || v === undefined ? "–" : (this.spec.log ? 10 ** v : v).toFixed(this.spec.decimals);
+    const v = (series.raw ?? series.y)[frame];
+    return v === null || v === undefined ? "–" : v.toFixed(this.spec.decimals);
   }
 
   /** The plot as a stand-alone SVG text with title and keys, in the light colours. */
@@ -220,4 +228,4 @@ class Chart {
 
 /** A short sample of a series' curve. */
 const keyPath = (series, x, y) =>
-  series.dots ? [3, 12, 21].map((dx) => `M${x + dx},${y}h0`).join("") : `M${x},${y}h26`;
+  series.look === "sigma" ? `M${x},${y - 4}h26M${x},${y + 4}h26` : series.dots ? [3, 12, 21].map((dx) => `M${x + dx},${y}h0`).join("") : `M${x},${y}h26`;

@@ -60,7 +60,7 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
         header.headline {
             p.program { "seamtrack compare" }
             h1 { (runs.len()) " runs on one recording" }
-            ul.facts { @for run in runs { li { b { (run.name()) } " " (verdict(run).sentence) } } }
+            ul.facts { @for run in runs { li { b { (run.name) } " " (verdict(run).sentence) } } }
         }
         (plots(false))
         section.details { (figures(rows)) }

@@ -77,9 +77,9 @@ function key(series) {
 }
 
 function statusKeys(statuses) {
-  return [...new Set(statuses)].sort().flatMap((letter) => [
-    element("svg", { width: 12, height: 18, style: "vertical-align:-3px" },
-      element("rect", { class: letter, width: 12, height: BAR[letter], y: 18 - BAR[letter] })), `${STATUS[letter]} `]);
+  return [..."tclsu"].filter((letter) => statuses.includes(letter)).map((letter) => html("span", {},
+    element("svg", { width: 12, height: 14 },
+      element("rect", { class: letter, width: 12, height: (BAR[letter] * 14) / 18, y: 14 - (BAR[letter] * 14) / 18 })), STATUS[letter]));
 }
 
 const plots = [];
@@ -161,7 +161,7 @@ function listen(plot) {
 const viewer = new Viewer(document.getElementById("viewer"), model);
 for (const ribbon of model.ribbons) {
   const plot = new RibbonPlot(ribbon);
-  mount(plot, model.ribbons.length > 1 ? ribbon.name : "Status", statusKeys(ribbon.status), false);
+  mount(plot, model.ribbons.length > 1 ? ribbon.name : "Status", plots.length ? [] : statusKeys(model.ribbons.map((r) => r.status).join("")), false);
   listen(plot);
 }
 const gaps = model.ribbons.length === 1 ? stretches(model.ribbons[0].status) : {};
@@ -170,6 +170,7 @@ for (const spec of model.charts) {
   const chart = new Chart(spec, gaps);
   const keys = spec.series.map((series) => {
     const value = html("b");
+    if (series.look === "sigma") return html("span", {}, ...key(series));
     readouts.push([value, chart, series]);
     return html("span", {}, ...key(series), value);
   });
@@ -178,7 +179,7 @@ for (const spec of model.charts) {
 }
 for (const chart of plots.filter((plot) => plot.spec?.histogram)) {
   const histogram = new Histogram(chart);
-  mount(histogram, histogram.spec.title, chart.spec.series.map((s) => html("span", {}, ...key({ ...s, dots: false }))), true);
+  mount(histogram, histogram.spec.title, histogram.spec.series.map((s) => html("span", {}, ...key({ ...s, dots: false }))), true);
 }
 for (const [frame, reason] of model.worst) {
   const button = html("button", { type: "button", onclick: () => goTo(frame, true) }, html("b", { textContent: frame }), reason);
