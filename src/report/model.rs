@@ -7,6 +7,7 @@ use super::results::{Estimator, PathRow};
 use super::run::{Run, difference};
 use super::verdict::NIS_95;
 use super::worst::worst_frames;
+use crate::units::PixelPoint;
 
 /// The data of one page; serialised into it as JSON.
 #[derive(Debug, Serialize)]
@@ -71,14 +72,15 @@ pub(super) struct Viewer {
     pub images: Vec<Image>,
 }
 
-/// Positions of one mark in every frame.
+/// One kind of mark.
 #[derive(Debug, Serialize)]
 pub(super) struct Points {
     pub name: String,
     pub look: String,
     pub shape: &'static str,
-    pub u: Rounded,
-    pub v: Rounded,
+    /// The positions, frame by frame; only those of stored frames enter the page.
+    #[serde(skip)]
+    pub at: Vec<Option<PixelPoint>>,
 }
 
 /// A stored frame.
@@ -88,6 +90,8 @@ pub(super) struct Image {
     pub stripe: Vec<(f64, f64)>,
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roi: Option<[f64; 4]>,
+    /// One position for each of [`Viewer::points`].
+    pub points: Vec<Option<(f64, f64)>>,
     /// Base64 of a JPEG file.
     pub jpeg: String,
 }
@@ -138,6 +142,7 @@ pub(super) fn single(run: &Run) -> PageModel {
         limits: nis_limits.into_iter().flatten().collect(),
         ..chart("nis", "Normalised innovation squared", "NIS", 2)
     });
+    charts.retain(|chart| chart.id == "path" || chart.series.iter().any(Series::has_values));
     PageModel {
         ribbons: vec![ribbon(run)],
         charts,
@@ -147,7 +152,8 @@ pub(super) fn single(run: &Run) -> PageModel {
     }
 }
 
-/// The page of several runs on one recording; the first one gives scale, origin, truth and stored frames.
+/// The page of several runs on one recording; the first one gives the origin, the first that has them the truth and
+/// the stored frames.
 pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
     let first = runs.first()?;
     let origin_px = first.origin_px();
@@ -156,13 +162,13 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
         runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
     };
     let mut path = named(&|run| run.position_mm(Estimator::Filtered, origin_px), MM_DECIMALS);
-    path.extend(first.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
+    let judge = runs.iter().find(|run| run.truth_px.is_some());
+    path.extend(
+        judge.and_then(|run| run.true_position_mm(origin_px)).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
+    );
     let mut charts = vec![Chart { series: path, ..chart("path", "Filtered path", "mm", 3) }];
-    if first.truth_px.is_some() {
-        let error = |run: &Run| {
-            let with_truth = Run { truth_px: first.truth_px.clone(), thumbnails: Vec::new(), ..run.clone() };
-            with_truth.error_mm(Estimator::Filtered).unwrap_or_default()
-        };
+    if let Some(truth_px) = judge.and_then(|run| run.truth_px.as_ref()) {
+        let error = |run: &Run| run.error_against_mm(Estimator::Filtered, truth_px);
         let series = named(&error, MM_DECIMALS);
         charts.push(Chart { histogram: true, series, ..chart("error", "Error of the filtered path", "mm", 3) });
     }
@@ -233,12 +239,15 @@ fn error_chart(run: &Run) -> Option<Chart> {
             ..estimate(e, difference(&run.position_mm(e, 0.0), &reference))
         })
         .collect();
+    series.retain(Series::has_values);
+    if series.is_empty() {
+        return None;
+    }
     let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
     let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
     let band = Some(Rounded::new(band, MM_DECIMALS));
     series.push(Series { band, ..curve("±2σ of the filter", "sigma", zero, 0) });
-    series.retain(Series::has_values);
-    (!series.is_empty()).then(|| Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
+    Some(Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
 }
 
 impl Series {
@@ -284,10 +293,7 @@ fn points(run: &Run, estimator: Estimator, name: String, look: String) -> Points
         Estimator::Filtered => "circle",
         Estimator::Smoothed => "diamond",
     };
-    let coordinate = |of: fn(crate::units::PixelPoint) -> f64| {
-        Rounded::new(column(run, |row| row.point(estimator).map(of)), PX_DECIMALS)
-    };
-    Points { name, look, shape, u: coordinate(|p| p.u_px), v: coordinate(|p| p.v_px) }
+    Points { name, look, shape, at: run.rows.iter().map(|row| row.point(estimator)).collect() }
 }
 
 fn viewer(run: &Run, points: Vec<Points>) -> Viewer {
@@ -302,11 +308,13 @@ fn viewer(run: &Run, points: Vec<Points>) -> Viewer {
     }
 }
 
-/// The marks of a stored frame, rounded for the page.
-pub(super) fn image(frame: usize, marks: &FrameMarks, jpeg: String) -> Image {
-    let px = |value: f64| round(value, 1);
+/// A stored frame with its marks, rounded for the page.
+pub(super) fn image(viewer: &Viewer, frame: usize, marks: &FrameMarks, jpeg: String) -> Image {
+    let px = |value: f64| round(value, PX_DECIMALS);
+    let point = |points: &Points| points.at.get(frame).copied().flatten().map(|p| (px(p.u_px), px(p.v_px)));
     Image {
         frame,
+        points: viewer.points.iter().map(point).collect(),
         stripe: marks.stripe.iter().map(|p| (px(p.u_px), px(p.v_px))).collect(),
         roi: marks.roi.map(|roi| [px(roi.u_px), px(roi.v_px), px(roi.width_px), px(roi.height_px)]),
         jpeg,

@@ -58,8 +58,15 @@ impl Run {
     /// Estimate − truth \[mm\], where both are known.
     #[must_use]
     pub fn error_mm(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
-        let truth = self.true_position_mm(0.0)?;
-        Some(difference(&self.position_mm(estimator, 0.0), &truth))
+        Some(self.error_against_mm(estimator, self.truth_px.as_ref()?))
+    }
+
+    /// Estimate − truth \[mm\] for a truth along the stripe \[px\], where both are known.
+    #[must_use]
+    pub fn error_against_mm(&self, estimator: Estimator, truth_px: &[Option<f64>]) -> Vec<Option<f64>> {
+        let scale = self.summary.calibration.mm_per_px.get();
+        let truth_mm: Vec<_> = truth_px.iter().map(|px| px.map(|px| scale * px)).collect();
+        difference(&self.position_mm(estimator, 0.0), &truth_mm)
     }
 
     /// Where `x_mm` is 0 \[px\]; the first value along the stripe when the summary does not say.

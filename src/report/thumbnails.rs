@@ -7,6 +7,7 @@
 use std::collections::BTreeMap;
 use std::io::Write;
 use std::path::Path;
+use std::thread::JoinHandle;
 
 use image::{ExtendedColorType, ImageBuffer, Luma, codecs::jpeg::JpegEncoder};
 use serde::{Deserialize, Serialize};
@@ -24,6 +25,8 @@ pub const DEFAULT_BUDGET_BYTES: usize = 7_000_000;
 const MAX_WIDTH_PX: usize = 640;
 /// JPEG quality: speckle is visible, a 640 × 480 frame takes 10 to 30 kB.
 const JPEG_QUALITY: u8 = 60;
+/// What most frames take at that quality: the first guess of k.
+const TYPICAL_JPEG_BYTES: usize = 15_000;
 /// Kept per reason, above what [`worst_frames`](super::worst::worst_frames) lists: it skips neighbours.
 const WORST_KEPT: usize = 24;
 /// First frames of stretches without an observation that are kept.
@@ -49,6 +52,7 @@ pub struct ThumbnailStore {
     budget_bytes: usize,
     bytes: usize,
     every: usize,
+    encoding: Option<(usize, JoinHandle<Vec<u8>>)>,
     kept: BTreeMap<usize, Thumbnail>,
     highest_nis: Ranking,
     lowest_psr: Ranking,
@@ -60,13 +64,13 @@ impl ThumbnailStore {
     /// A store of `budget_bytes` of JPEG. Knowing the number of frames saves encoding what is thinned out later.
     #[must_use]
     pub fn new(budget_bytes: usize, expected_frames: Option<usize>) -> Self {
-        // 20 kB is a typical JPEG: begin with the k that would fill the budget about twice.
-        let fitting = (budget_bytes / 20_000).max(1);
-        let every = (expected_frames.unwrap_or(0) / (2 * fitting)).max(1).next_power_of_two();
+        let fitting = (budget_bytes / TYPICAL_JPEG_BYTES).max(1);
+        let every = expected_frames.unwrap_or(0).div_ceil(fitting).next_power_of_two();
         Self {
             budget_bytes,
             bytes: 0,
             every,
+            encoding: None,
             kept: BTreeMap::new(),
             highest_nis: Ranking::default(),
             lowest_psr: Ranking::default(),
@@ -75,7 +79,8 @@ impl ThumbnailStore {
         }
     }
 
-    /// Consider one frame with its row and marks; frames come in order.
+    /// Consider one frame with its row and marks; frames come in order. A frame that is kept is copied and encoded
+    /// on a thread of its own, one at a time, while the next one is tracked.
     pub fn offer(&mut self, row: &PathRow, frame: &GrayFrame, marks: &FrameMarks) {
         let begins_episode = row.status != self.last_status && row.status != Status::Tracked;
         self.last_status = row.status;
@@ -89,11 +94,21 @@ impl ThumbnailStore {
         if !wanted {
             return;
         }
-        let jpeg = encode(frame);
-        self.bytes += jpeg.len();
-        self.kept.insert(row.frame, Thumbnail { frame: row.frame, marks: marks.clone(), worst: false, jpeg });
+        self.finish_encoding();
         if self.bytes > self.budget_bytes {
             self.thin();
+        }
+        let (marks, frame) = (marks.clone(), frame.clone());
+        self.kept.insert(row.frame, Thumbnail { frame: row.frame, marks, worst: false, jpeg: Vec::new() });
+        self.encoding = Some((row.frame, std::thread::spawn(move || encode(&frame))));
+    }
+
+    fn finish_encoding(&mut self) {
+        if let Some((frame, encoding)) = self.encoding.take()
+            && let Some(thumbnail) = self.kept.get_mut(&frame)
+        {
+            thumbnail.jpeg = encoding.join().unwrap_or_default();
+            self.bytes += thumbnail.jpeg.len();
         }
     }
 
@@ -118,6 +133,7 @@ impl ThumbnailStore {
     /// The thumbnails in the order of their frames.
     #[must_use]
     pub fn into_thumbnails(mut self) -> Vec<Thumbnail> {
+        self.finish_encoding();
         self.thin();
         let worst: Vec<bool> = self.kept.keys().map(|&frame| self.is_worst(frame)).collect();
         self.kept.into_values().zip(worst).map(|(thumbnail, worst)| Thumbnail { worst, ..thumbnail }).collect()

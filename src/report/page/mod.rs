@@ -12,7 +12,7 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
-use super::model::{Image, PageModel, image, several, single};
+use super::model::{PageModel, image, several, single};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
 use super::table::{HEADS, TableRow, error_rows};
@@ -82,7 +82,9 @@ fn write_page(
         Ok::<_, ResultsError>(json.replace('<', "\\u003c"))
     };
     let room = max_bytes.saturating_sub(encode(&model)?.len() + MARKUP_BYTES);
-    model.viewer.images = fitting(thumbnails, room);
+    let stored = fitting(thumbnails, room).into_iter();
+    let encoded = stored.map(|t| image(&model.viewer, t.frame, &t.marks, BASE64_STANDARD.encode(&t.jpeg)));
+    model.viewer.images = encoded.collect();
     let json = encode(&model)?;
     let page = html! {
         (DOCTYPE)
@@ -108,7 +110,7 @@ fn write_page(
 }
 
 /// As many frames as fit into `room` bytes of base64: the worst ones first, then every k-th with the smallest k.
-fn fitting(thumbnails: &[Thumbnail], room: usize) -> Vec<Image> {
+fn fitting(thumbnails: &[Thumbnail], room: usize) -> Vec<&Thumbnail> {
     let size = |thumbnail: &Thumbnail| thumbnail.jpeg.len().div_ceil(3) * 4 + 900;
     let total = |chosen: &[&Thumbnail]| chosen.iter().map(|thumbnail| size(thumbnail)).sum::<usize>();
     let usable: Vec<&Thumbnail> = thumbnails.iter().filter(|thumbnail| !thumbnail.jpeg.is_empty()).collect();
@@ -123,7 +125,7 @@ fn fitting(thumbnails: &[Thumbnail], room: usize) -> Vec<Image> {
         chosen.pop();
     }
     chosen.sort_by_key(|thumbnail| thumbnail.frame);
-    chosen.into_iter().map(|t| image(t.frame, &t.marks, BASE64_STANDARD.encode(&t.jpeg))).collect()
+    chosen
 }
 
 fn headline(verdict: &Verdict, input: &str) -> Markup {

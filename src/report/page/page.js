@@ -139,7 +139,14 @@ function zoom(lo, hi) {
 function listen(plot) {
   let from = null;
   const svg = plot.svg;
-  svg.onpointerdown = (event) => { if (event.button === 0) { from = { px: event.clientX, frame: plot.frameAt(event, view) }; svg.setPointerCapture(event.pointerId); } };
+  // Only the plot's own area zooms: labels outside it stay selectable.
+  const inside = (event) => {
+    const box = svg.getBoundingClientRect();
+    const [x, y] = [event.clientX - box.left, event.clientY - box.top];
+    return x >= plot.left && x <= plot.right && y <= (plot.bottom ?? box.height);
+  };
+  svg.onmousedown = (event) => { if (inside(event)) event.preventDefault(); };
+  svg.onpointerdown = (event) => { if (event.button === 0 && inside(event)) { from = { px: event.clientX, frame: plot.frameAt(event, view) }; svg.setPointerCapture(event.pointerId); } };
   svg.onpointermove = (event) => {
     const frame = plot.frameAt(event, view);
     if (from && Math.abs(event.clientX - from.px) > 5) {
@@ -189,7 +196,7 @@ for (const [frame, reason] of model.worst) {
 if (!model.worst.length) document.querySelector("#worst .list").textContent = "None: every frame was tracked.";
 document.getElementById("zoom-out").onclick = () => zoom(-0.5, view.frames - 0.5);
 document.addEventListener("keydown", (event) => {
-  const step = { ArrowLeft: -1, ArrowRight: 1, PageUp: -10, PageDown: 10 }[event.key];
+  const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key] * (event.shiftKey ? 10 : 1);
   if (event.key === "Escape") { view.held = false; zoom(-0.5, view.frames - 0.5); }
   else if (step && !event.target.closest("pre, .scroll")) { event.preventDefault(); goTo(view.frame + step, true); }
 });

@@ -93,19 +93,17 @@ class Viewer {
       this.picture.append(element("rect", { class: "roi", x, y, width: roiWidth, height: roiHeight }));
     }
     this.picture.append(element("polyline", { class: "stripe", points: stored.stripe.map((p) => p.join(",")).join(" ") }));
-    for (const p of points) {
-      const u = p.u[stored.frame], v = p.v[stored.frame];
-      if (u === null || v === null || u === undefined) continue;
+    points.forEach((p, k) => {
+      if (!stored.points[k]) return;
+      const [u, v] = stored.points[k];
       this.picture.append(element("path", { class: `mark ${p.look}`, d: SHAPES[p.shape](u, v, w / 55) }));
-    }
+    });
   }
 
   /** A window round the seam in which single pixels can be seen. */
   window(stored) {
-    const { width, height, points } = this.viewer;
-    const known = [...points].reverse().find((p) => typeof p.u[stored.frame] === "number");
-    const [cu, cv] = known ? [known.u[stored.frame], known.v[stored.frame]]
-      : stored.roi ? [stored.roi[0] + stored.roi[2] / 2, stored.roi[1] + stored.roi[3] / 2] : [width / 2, height / 2];
+    const { width, height } = this.viewer;
+    const [cu, cv] = stored.points.findLast((point) => point) ?? (stored.roi ? [stored.roi[0] + stored.roi[2] / 2, stored.roi[1] + stored.roi[3] / 2] : [width / 2, height / 2]);
     const w = Math.min(width, 150), h = (w * height) / width;
     return [cu - w / 2, cv - h / 2, w, h];
   }
