@@ -81,6 +81,9 @@ fn the_report_is_drawn_offline_without_complaint_and_nothing_is_cut_off() {
         assert!(drawn.as_u64().unwrap() >= 12, "{drawn} curves have points");
         assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{window:?}");
         page.screenshot(&screenshot(&format!("report-{}-{scheme}", window.0)));
+        page.evaluate("document.querySelector('#viewer button').click(); goTo(123, true)");
+        page.settle();
+        page.screenshot(&screenshot(&format!("report-{}-{scheme}-close-up", window.0)));
         page.evaluate("scrollTo(0, 1e6)");
         page.settle();
         page.screenshot(&screenshot(&format!("report-{}-{scheme}-bottom", window.0)));

@@ -1,5 +1,11 @@
 //! What a run leaves behind and how a person looks at it: `path.csv`, `summary.json`, `report.html`, the overlay
 //! and the terminal summary. This folder reads results only; it never tracks.
+//!
+//! A results directory holds
+//! * `path.csv` and `summary.json`: the contract ([`results`], [`summary`]);
+//! * `truth.csv`: a copy of the truth, if one was given ([`truth`]);
+//! * `thumbnails/`: JPEGs of a bounded number of frames, and `index.json` with their marks ([`thumbnails`]);
+//! * `report.html` ([`page`]) and `*.tum` ([`tum`]), which [`export`] makes from the former.
 
 pub mod atomic;
 mod canvas;

@@ -221,7 +221,7 @@ fn path_chart(run: &Run) -> Chart {
     ];
     series.extend(run.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
     series.retain(Series::has_values);
-    Chart { series, ..chart("path", "Seam position along the stripe, with ±2σ of the filter", "mm", 3) }
+    Chart { series, ..chart("path", "Seam position with ±2σ", "mm", 3) }
 }
 
 /// The error against the truth; without one, the distance from the smoothed path; without that, none.
@@ -246,7 +246,7 @@ fn error_chart(run: &Run) -> Option<Chart> {
     let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
     let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
     let band = Some(Rounded::new(band, MM_DECIMALS));
-    series.push(Series { band, ..curve("±2σ of the filter", "sigma", zero, 0) });
+    series.push(Series { band, ..curve("±2σ", "sigma", zero, 0) });
     Some(Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
 }
 

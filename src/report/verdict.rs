@@ -156,3 +156,89 @@ pub fn consistency(run: &Run) -> Option<Consistency> {
     (!nis.is_empty())
         .then(|| Consistency { mean: nis.iter().sum::<f64>() / count, below_95_pct: 100.0 * below / count })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::report::results::{PathRow, Status};
+    use crate::report::summary::{
+        Calibration, FrameCounts, Input, Joint, Limits, Percentiles, SCHEMA_VERSION, Summary, Timing,
+    };
+    use crate::units::{MmPerPx, StripeAxis};
+
+    /// A run with one letter a frame: t, c, l, s as in the page.
+    fn run(statuses: &str, nis: f64) -> Run {
+        let row = |(frame, letter): (usize, char)| {
+            let status = match letter {
+                't' => Status::Tracked,
+                'c' => Status::Coasting,
+                'l' => Status::Lost,
+                _ => Status::Seeking,
+            };
+            let has_value = matches!(status, Status::Tracked | Status::Coasting);
+            let (x_mm, nis) = (has_value.then_some(0.0), (status == Status::Tracked).then_some(nis));
+            PathRow { x_mm, nis, ..PathRow::empty(frame, String::new(), 0.0, status) }
+        };
+        let count = |letter: char| statuses.chars().filter(|&other| other == letter).count();
+        let none = Percentiles::default();
+        Run {
+            dir: "run".into(),
+            name: "run".into(),
+            rows: statuses.chars().enumerate().map(row).collect(),
+            truth_px: None,
+            thumbnails: Vec::new(),
+            summary: Summary {
+                schema_version: SCHEMA_VERSION,
+                program: String::new(),
+                input: Input { path: String::new(), width_px: 1, height_px: 1, more: serde_json::Map::new() },
+                config: serde_json::Value::Null,
+                calibration: Calibration {
+                    mm_per_px: MmPerPx::DU_2022,
+                    stripe: StripeAxis::Horizontal,
+                    origin_px: None,
+                    source: "default".into(),
+                    more: serde_json::Map::new(),
+                },
+                limits: Limits::default(),
+                frames: FrameCounts {
+                    total: statuses.len(),
+                    seeking: count('s'),
+                    tracked: count('t'),
+                    coasting: count('c'),
+                    lost: count('l'),
+                    ..FrameCounts::default()
+                },
+                joint: Joint { kind: "butt".into(), decided_at_frame: None, reason: String::new() },
+                timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
+                errors: None,
+            },
+        }
+    }
+
+    #[test]
+    fn a_seam_tracked_from_where_it_was_found_is_good() {
+        let verdict = verdict(&run(&("ss".to_owned() + &"t".repeat(98)), 1.0));
+        assert_eq!(verdict.trust, Trust::Good);
+        assert_eq!(verdict.sentence, "Tracked on 98 of 100 frames, 2 before the seam was found, none lost.");
+    }
+
+    #[test]
+    fn a_short_loss_is_to_be_checked_and_a_long_one_is_bad() {
+        assert_eq!(verdict(&run(&("t".repeat(97) + "lll"), 1.0)).trust, Trust::Check);
+        assert_eq!(verdict(&run(&("t".repeat(90) + "llllllssss"), 1.0)).trust, Trust::Bad);
+    }
+
+    #[test]
+    fn many_predictions_and_a_sigma_that_is_too_small_raise_doubts() {
+        assert_eq!(verdict(&run(&("t".repeat(90) + &"c".repeat(10)), 1.0)).trust, Trust::Check);
+        let overconfident = verdict(&run(&"t".repeat(100), 5.0));
+        assert_eq!(overconfident.trust, Trust::Check);
+        assert!(overconfident.doubts[0].starts_with("σ is too small"), "{:?}", overconfident.doubts);
+    }
+
+    #[test]
+    fn a_recording_without_a_seam_is_bad() {
+        let verdict = verdict(&run("ssss", 1.0));
+        assert_eq!((verdict.trust, verdict.sentence.as_str()), (Trust::Bad, "No seam was found in 4 frames."));
+    }
+}

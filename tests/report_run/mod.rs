@@ -204,16 +204,13 @@ pub fn write_run(dir: &Path, frames: usize, quality: Noise, with_truth: bool) {
     let mut random = Pcg64::seed_from_u64(1);
     // A period of the slow sine rendered once is enough to look at.
     let pictures: Vec<GrayFrame> = (0..frames.min(131)).map(|frame| picture(true_u_px(frame), &mut random)).collect();
-    let begin = std::time::Instant::now();
     let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, Some(frames));
     for row in rows.iter().filter(|row| row.status != Status::Unreadable) {
         thumbnails.offer(row, &pictures[row.frame % pictures.len()], &marks(row));
     }
-    let offered = begin.elapsed();
     thumbnails.write(dir).unwrap();
     write_path_csv(&dir.join("path.csv"), &rows).unwrap();
     write_summary(&dir.join("summary.json"), &summary(&rows, with_truth)).unwrap();
-    eprintln!("TIMING {frames} offers {offered:?} with writing {:?}", begin.elapsed());
     if with_truth {
         let lines = (0..frames).map(|frame| format!("{frame},{:.4},,,0\n", true_u_px(frame)));
         let text: String = std::iter::once("frame,u_px,v_px,x_mm,occluded\n".to_owned()).chain(lines).collect();

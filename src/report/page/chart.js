@@ -161,7 +161,7 @@ class Chart {
       svg.append(element("path", { class: "limit", d: `M${left},${y(value)}H${right}` }));
       // Lines that lie close together carry their names on their outer sides.
       const below = this.limits[k + 1] && y(value) - y(this.limits[k + 1][0]) < 16 ? 13 : -4;
-      svg.append(element("text", { class: "limit-name", x: right - 4, y: y(value) + below, "text-anchor": "end" }, name));
+      svg.append(element("text", { class: "limit-name", x: right - 4, y: Math.max(y(value) + below, top + 9), "text-anchor": "end" }, name));
     });
     this.zoomBox = element("rect", { class: "zoom", y: top, height: bottom - top, width: 0 });
     this.cursor = element("path", { class: "cursor", d: "" });
