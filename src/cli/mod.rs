@@ -1,7 +1,9 @@
 //! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
 
+mod compare;
 mod config;
 mod eval;
+mod report;
 mod synth;
 mod track;
 
@@ -24,6 +26,8 @@ enum Command {
     Track(Box<track::Track>),
     Synth(synth::Synth),
     Eval(eval::Eval),
+    Report(report::Report),
+    Compare(compare::Compare),
     Config(config::PrintConfig),
 }
 
@@ -34,6 +38,8 @@ impl Cli {
             Command::Track(track) => track.run(),
             Command::Synth(synth) => synth.run(),
             Command::Eval(eval) => eval.run(),
+            Command::Report(report) => report.run(),
+            Command::Compare(compare) => compare.run(),
             Command::Config(config) => config.run(),
         }
     }

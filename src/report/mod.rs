@@ -1,6 +1,28 @@
 //! What a run leaves behind and how a person looks at it: `path.csv`, `summary.json`, `report.html`, the overlay
 //! and the terminal summary. This folder reads results only; it never tracks.
+//!
+//! A results directory holds
+//! * `path.csv` and `summary.json`: the contract ([`results`], [`summary`]);
+//! * `truth.csv`: a copy of the truth, if one was given ([`truth`]);
+//! * `thumbnails/`: JPEGs of a bounded number of frames, and `index.json` with their marks ([`thumbnails`]);
+//! * `report.html` ([`page`]) and `*.tum` ([`tum`]), which [`export`] makes from the former.
 
 pub mod atomic;
+mod canvas;
+pub mod compare;
+pub mod export;
+pub mod marks;
+mod model;
+pub mod overlay;
+pub mod page;
 pub mod results;
+pub mod run;
 pub mod summary;
+pub mod table;
+pub mod terminal;
+pub mod textplot;
+pub mod thumbnails;
+pub mod truth;
+pub mod tum;
+pub mod verdict;
+pub mod worst;

@@ -1,0 +1,44 @@
+//! `seamtrack compare A B …`: several runs on one recording in one page and one table.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::ensure;
+use seamtrack::report::compare::{availability_lines, check_same_recording, comparison_rows, tell_apart};
+use seamtrack::report::page::{DEFAULT_MAX_BYTES, write_comparison};
+use seamtrack::report::run::Run;
+use seamtrack::report::terminal::text_table;
+
+/// Compare several runs on one recording in one page and one table
+#[derive(Debug, clap::Args)]
+pub struct Compare {
+    /// Results directories of the runs; the first one gives truth, scale and stored frames
+    #[arg(required = true, num_args = 2.., value_name = "DIR")]
+    dirs: Vec<PathBuf>,
+    /// The page to write
+    #[arg(short, long, value_name = "FILE", default_value = "comparison.html")]
+    output: PathBuf,
+    /// Overwrite the page
+    #[arg(long)]
+    force: bool,
+}
+
+impl Compare {
+    /// Run the subcommand.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        let page = self.output.display();
+        ensure!(self.force || !self.output.exists(), "{page} exists; --force overwrites it, -o names another file");
+        let mut runs = self.dirs.iter().map(|dir| Run::read(dir)).collect::<Result<Vec<_>, _>>()?;
+        check_same_recording(&runs)?;
+        tell_apart(&mut runs);
+        let rows = comparison_rows(&runs);
+        write_comparison(&self.output, &runs, &rows, DEFAULT_MAX_BYTES)?;
+        if rows.is_empty() {
+            availability_lines(&runs).iter().for_each(|line| println!("{line}"));
+        } else {
+            print!("{}", text_table(&rows));
+        }
+        eprintln!("wrote {page}");
+        Ok(ExitCode::SUCCESS)
+    }
+}

@@ -1,0 +1,125 @@
+//! Drawing on a colour copy of a frame, and video files, through OpenCV.
+#![expect(clippy::disallowed_types, reason = "the one file of report/ that holds a Mat")]
+
+use std::path::Path;
+
+use image::RgbImage;
+use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Point, Rect, Scalar, Size, Vector};
+use opencv::videoio::{CAP_FFMPEG, VideoWriter, VideoWriterTrait, VideoWriterTraitConst};
+use opencv::{Result, imgproc};
+
+use super::marks::RoiBox;
+use crate::frame::GrayFrame;
+use crate::units::PixelPoint;
+
+/// A colour, red, green, blue.
+pub(super) type Rgb = [u8; 3];
+
+/// Fractional bits of OpenCV's sub-pixel coordinates.
+const SHIFT: i32 = 4;
+const TEXT_SCALE: f64 = 0.5;
+
+/// A colour image to draw on. Lines are thick enough to be seen on a frame of any size.
+pub(super) struct Canvas {
+    image: Mat,
+    thickness: i32,
+}
+
+impl Canvas {
+    /// A colour copy of `frame`.
+    pub(super) fn of(frame: &GrayFrame) -> Result<Self> {
+        let gray = Mat::new_rows_cols_with_data(frame.height_px() as i32, frame.width_px() as i32, frame.pixels())?;
+        let mut image = Mat::default();
+        imgproc::cvt_color(&gray, &mut image, imgproc::COLOR_GRAY2BGR, 0)?;
+        let thickness = (frame.width_px() as i32 / 1000).max(1);
+        Ok(Self { image, thickness })
+    }
+
+    /// A polyline through `points`.
+    pub(super) fn polyline(&mut self, points: &[PixelPoint], colour: Rgb) -> Result<()> {
+        let points: Vector<Point> = points.iter().map(|&point| fine(point)).collect();
+        imgproc::polylines(&mut self.image, &points, false, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)
+    }
+
+    /// The outline of a box.
+    pub(super) fn outline(&mut self, roi: RoiBox, colour: Rgb) -> Result<()> {
+        let whole = |px: f64| px.round().clamp(-1e6, 1e6) as i32;
+        let rect = Rect::new(whole(roi.u_px), whole(roi.v_px), whole(roi.width_px), whole(roi.height_px));
+        imgproc::rectangle(&mut self.image, rect, bgr(colour), self.thickness, imgproc::LINE_8, 0)
+    }
+
+    /// A mark at `point`: a line of each of `strokes`, given as the two ends' offsets from the point \[px\].
+    pub(super) fn strokes(&mut self, point: PixelPoint, strokes: &[[(f64, f64); 2]], colour: Rgb) -> Result<()> {
+        let scale = f64::from(self.thickness);
+        for stroke in strokes {
+            let [a, b] = stroke.map(|(u, v)| fine(PixelPoint::new(point.u_px + scale * u, point.v_px + scale * v)));
+            imgproc::line(&mut self.image, a, b, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)?;
+        }
+        Ok(())
+    }
+
+    /// A circle round `centre`.
+    pub(super) fn circle(&mut self, centre: PixelPoint, radius_px: f64, colour: Rgb) -> Result<()> {
+        let radius = (radius_px * f64::from(self.thickness * (1 << SHIFT))).round() as i32;
+        imgproc::circle(&mut self.image, fine(centre), radius, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)
+    }
+
+    /// A line of text with a dark outline at the top left, and a border in its colour.
+    pub(super) fn caption(&mut self, text: &str, colour: Rgb) -> Result<()> {
+        let scale = TEXT_SCALE * f64::from(self.thickness);
+        let at = Point::new(8 * self.thickness, 20 * self.thickness);
+        for (colour, thickness) in [([0, 0, 0], 4 * self.thickness), (colour, self.thickness)] {
+            let font = imgproc::FONT_HERSHEY_SIMPLEX;
+            imgproc::put_text(&mut self.image, text, at, font, scale, bgr(colour), thickness, imgproc::LINE_AA, false)?;
+        }
+        let whole = Rect::new(0, 0, self.image.cols(), self.image.rows());
+        imgproc::rectangle(&mut self.image, whole, bgr(colour), 3 * self.thickness, imgproc::LINE_8, 0)
+    }
+
+    /// The drawing as an image.
+    pub(super) fn into_rgb(self) -> Result<RgbImage> {
+        let (width, height) = (self.image.cols() as u32, self.image.rows() as u32);
+        let mut bytes = self.image.data_bytes()?.to_vec();
+        bytes.chunks_exact_mut(3).for_each(|pixel| pixel.swap(0, 2));
+        let misfit = || opencv::Error::new(opencv::core::StsUnmatchedSizes, "the drawing is not an RGB image");
+        RgbImage::from_raw(width, height, bytes).ok_or_else(misfit)
+    }
+}
+
+fn fine(point: PixelPoint) -> Point {
+    let fixed = |px: f64| (px * f64::from(1 << SHIFT)).round().clamp(-1e8, 1e8) as i32;
+    Point::new(fixed(point.u_px), fixed(point.v_px))
+}
+
+fn bgr([red, green, blue]: Rgb) -> Scalar {
+    Scalar::new(f64::from(blue), f64::from(green), f64::from(red), 0.0)
+}
+
+/// An MPEG-4 video file being written.
+pub(super) struct VideoFile {
+    writer: VideoWriter,
+    size: Size,
+}
+
+impl VideoFile {
+    /// Open `path`; `None` when OpenCV cannot encode MPEG-4 or write there.
+    pub(super) fn create(path: &Path, frames_per_second: f64, first: &Canvas) -> Result<Option<Self>> {
+        let size = first.image.size()?;
+        let codec = VideoWriter::fourcc('m', 'p', '4', 'v')?;
+        let writer = VideoWriter::new_with_backend(path, CAP_FFMPEG, codec, frames_per_second, size, true)?;
+        Ok(if writer.is_opened()? { Some(Self { writer, size }) } else { None })
+    }
+
+    /// Append a picture; `false` when its size is not that of the first one (OpenCV would drop it in silence).
+    pub(super) fn add(&mut self, picture: &Canvas) -> Result<bool> {
+        if picture.image.size()? != self.size {
+            return Ok(false);
+        }
+        self.writer.write(&picture.image).map(|()| true)
+    }
+
+    /// Write the end of the file.
+    pub(super) fn finish(mut self) -> Result<()> {
+        self.writer.release()
+    }
+}

@@ -1,0 +1,80 @@
+//! Several runs on one recording: methods, presets or configurations beside one another.
+
+use super::results::Estimator;
+use super::run::Run;
+use super::table::{TableRow, error_rows};
+
+/// Why runs cannot be compared.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum CompareError {
+    /// The runs saw different recordings.
+    #[error(
+        "{first} has {first_frames} frames of {first_size}, {other} has {other_frames} of {other_size}: \
+         compare runs on the same recording"
+    )]
+    DifferentRecordings {
+        /// Directory of the first run.
+        first: String,
+        /// Its number of frames.
+        first_frames: usize,
+        /// Its frame size.
+        first_size: String,
+        /// Directory of the other run.
+        other: String,
+        /// Its number of frames.
+        other_frames: usize,
+        /// Its frame size.
+        other_size: String,
+    },
+}
+
+/// Check that all runs saw frames of one number, size and names.
+///
+/// # Errors
+/// [`CompareError`] naming the first run that does not fit.
+pub fn check_same_recording(runs: &[Run]) -> Result<(), CompareError> {
+    let size = |run: &Run| format!("{} x {} px", run.summary.input.width_px, run.summary.input.height_px);
+    let names = |run: &Run| run.rows.iter().map(|row| row.file.clone()).collect::<Vec<_>>();
+    let Some((first, others)) = runs.split_first() else { return Ok(()) };
+    match others.iter().find(|other| size(other) != size(first) || names(other) != names(first)) {
+        None => Ok(()),
+        Some(other) => Err(CompareError::DifferentRecordings {
+            first: first.dir.display().to_string(),
+            first_frames: first.rows.len(),
+            first_size: size(first),
+            other: other.dir.display().to_string(),
+            other_frames: other.rows.len(),
+            other_size: size(other),
+        }),
+    }
+}
+
+/// Call runs by their whole path where the last part is the same.
+pub fn tell_apart(runs: &mut [Run]) {
+    let names: Vec<String> = runs.iter().map(|run| run.name.clone()).collect();
+    for run in runs {
+        if names.iter().filter(|name| **name == run.name).count() > 1 {
+            run.name = run.dir.display().to_string();
+        }
+    }
+}
+
+/// The papers' table over all runs: each run's estimates one after another. A run without a truth has no rows.
+#[must_use]
+pub fn comparison_rows(runs: &[Run]) -> Vec<TableRow> {
+    let named = |run: &Run| {
+        let name = run.name.clone();
+        error_rows(run).into_iter().map(move |row| TableRow { name: format!("{name}, {}", row.name), ..row })
+    };
+    runs.iter().flat_map(named).collect()
+}
+
+/// Availability of each run in a line, for runs with or without a truth.
+#[must_use]
+pub fn availability_lines(runs: &[Run]) -> Vec<String> {
+    let line = |run: &Run| {
+        let known = run.position_mm(Estimator::Filtered, 0.0).iter().flatten().count();
+        format!("{}: a value on {known} of {} frames", run.name, run.rows.len())
+    };
+    runs.iter().map(line).collect()
+}

@@ -1,0 +1,42 @@
+//! What is written from a finished run beside `path.csv` and `summary.json`.
+
+use super::atomic::ResultsError;
+use super::page::{DEFAULT_MAX_BYTES, write_report};
+use super::results::Estimator;
+use super::run::Run;
+use super::tum::write_tum;
+
+/// What to write.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Exports {
+    /// Largest size of `report.html` \[bytes\].
+    pub max_page_bytes: usize,
+    /// The TUM trajectories as well.
+    pub tum: bool,
+}
+
+impl Default for Exports {
+    fn default() -> Self {
+        Self { max_page_bytes: DEFAULT_MAX_BYTES, tum: false }
+    }
+}
+
+/// Write `report.html` and, if asked, `kcf.tum`, `filtered.tum`, `smoothed.tum` and `truth.tum` into the run's
+/// directory.
+///
+/// # Errors
+/// When a file cannot be written.
+pub fn write_exports(run: &Run, exports: Exports) -> Result<(), ResultsError> {
+    write_report(&run.dir.join("report.html"), run, exports.max_page_bytes)?;
+    if exports.tum {
+        let origin_px = run.origin_px();
+        let estimates = [(Estimator::Kcf, "kcf"), (Estimator::Filtered, "filtered"), (Estimator::Smoothed, "smoothed")];
+        let truth = run.true_position_mm(origin_px).map(|truth| ("truth", truth));
+        let paths = estimates.map(|(estimator, name)| (name, run.position_mm(estimator, origin_px)));
+        for (name, positions) in paths.into_iter().chain(truth) {
+            let samples = run.rows.iter().map(|row| row.time_s).zip(positions);
+            write_tum(&run.dir.join(format!("{name}.tum")), samples)?;
+        }
+    }
+    Ok(())
+}
