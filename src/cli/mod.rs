@@ -1,6 +1,7 @@
 //! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
 
 mod config;
+mod filter;
 mod track;
 
 use std::process::ExitCode;
@@ -21,6 +22,7 @@ pub struct Cli {
 enum Command {
     Track(Box<track::Track>),
     Config(config::PrintConfig),
+    Filter(Box<filter::Filter>),
 }
 
 impl Cli {
@@ -29,6 +31,7 @@ impl Cli {
         match &self.command {
             Command::Track(track) => track.run(),
             Command::Config(config) => config.run(),
+            Command::Filter(filter) => filter.run(),
         }
     }
 }
