@@ -3,6 +3,7 @@
 mod compare;
 mod config;
 mod eval;
+mod filter;
 mod report;
 mod synth;
 mod track;
@@ -29,6 +30,7 @@ enum Command {
     Report(report::Report),
     Compare(compare::Compare),
     Config(config::PrintConfig),
+    Filter(Box<filter::Filter>),
 }
 
 impl Cli {
@@ -41,6 +43,7 @@ impl Cli {
             Command::Report(report) => report.run(),
             Command::Compare(compare) => compare.run(),
             Command::Config(config) => config.run(),
+            Command::Filter(filter) => filter.run(),
         }
     }
 }

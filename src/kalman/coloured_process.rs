@@ -64,13 +64,14 @@ impl ColouredProcess {
         self.period_s
     }
 
-    /// Name with unit, and value, of the four noise parameters.
-    pub(super) const fn named_parameters(&self) -> [(&'static str, f64); 4] {
+    /// q, Π and the variances of position and displacement.
+    #[must_use]
+    pub const fn noise(&self) -> [f64; 4] {
         [
-            ("drive_variance_px2_frame4", self.drive_variance_px2_frame4),
-            ("colour_coefficient", self.colour_coefficient),
-            ("position_variance_px2", self.position_variance_px2),
-            ("displacement_variance_px2", self.displacement_variance_px2),
+            self.drive_variance_px2_frame4,
+            self.colour_coefficient,
+            self.position_variance_px2,
+            self.displacement_variance_px2,
         ]
     }
 

@@ -38,7 +38,7 @@ pub use coloured_process::{ColouredProcess, with_displacement};
 pub use constant_velocity::{Acceleration, ConstantVelocity, TwoPointCovariance, gain_table};
 pub use gaussian::{ChiSquareGate, Gaussian, InnovationNotPositive, Update};
 pub use imm::{Imm, ImmUpdate};
-pub use model::Model;
+pub use model::{Model, NoiseParameter};
 pub use series::{Frame, SeriesError, Step, Trajectory};
 pub use state_space::{InvalidParameter, StateSpace};
 pub use width::Width;

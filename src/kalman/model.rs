@@ -31,8 +31,23 @@ pub trait Model<const N: usize, const M: usize, const P: usize>: Copy {
     /// When a parameter is not finite after all.
     fn with_unbounded(&self, parameters: &[f64; P]) -> Result<Self, InvalidParameter>;
 
-    /// Name with unit, and value, of each noise parameter.
-    fn parameters(&self) -> [(&'static str, f64); P];
+    /// The noise parameters as they stand in a configuration.
+    fn parameters(&self) -> [NoiseParameter; P];
+}
+
+/// A noise parameter by name; z is the unit of the measurement, whatever it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct NoiseParameter {
+    /// Its name on the command line and in TOML.
+    pub name: &'static str,
+    /// Its unit.
+    pub unit: &'static str,
+    /// Its value.
+    pub value: f64,
+}
+
+const fn parameter(name: &'static str, unit: &'static str, value: f64) -> NoiseParameter {
+    NoiseParameter { name, unit, value }
 }
 
 /// Index and first row of the measured frames.
@@ -82,10 +97,10 @@ impl Model<2, 1, 2> for ConstantVelocity {
         Self::new(p[0].exp(), p[1].exp())?.with_acceleration(self.acceleration())
     }
 
-    fn parameters(&self) -> [(&'static str, f64); 2] {
+    fn parameters(&self) -> [NoiseParameter; 2] {
         [
-            ("acceleration_variance_mm2_s4", self.acceleration_variance_mm2_s4()),
-            ("white_variance_mm2", self.white_variance_mm2()),
+            parameter("acceleration-variance", "z²/s⁴", self.acceleration_variance_mm2_s4()),
+            parameter("white-variance", "z²", self.white_variance_mm2()),
         ]
     }
 }
@@ -115,12 +130,12 @@ impl Model<3, 1, 4> for ColouredMeasurement {
             .with_velocity_variance(self.velocity_variance_px2_s2())
     }
 
-    fn parameters(&self) -> [(&'static str, f64); 4] {
+    fn parameters(&self) -> [NoiseParameter; 4] {
         [
-            ("acceleration_variance_px2_s4", self.acceleration_variance_px2_s4()),
-            ("colour_drive_variance_px2", self.colour_drive_variance_px2()),
-            ("colour_coefficient", self.colour_coefficient()),
-            ("white_variance_px2", self.white_variance_px2()),
+            parameter("acceleration-variance", "z²/s⁴", self.acceleration_variance_px2_s4()),
+            parameter("colour-drive-variance", "z² a period", self.colour_drive_variance_px2()),
+            parameter("colour-coefficient", "1 a period", self.colour_coefficient()),
+            parameter("white-variance", "z²", self.white_variance_px2()),
         ]
     }
 }
@@ -136,7 +151,7 @@ impl Model<4, 2, 4> for ColouredProcess {
     }
 
     fn unbounded(&self) -> [f64; 4] {
-        let [q, colour, position, displacement] = self.parameters().map(|(_, value)| value);
+        let [q, colour, position, displacement] = self.noise();
         [q.ln(), colour.atanh(), position.ln(), displacement.ln()]
     }
 
@@ -144,8 +159,14 @@ impl Model<4, 2, 4> for ColouredProcess {
         Self::new(p[0].exp(), coefficient(p[1]), p[2].exp(), p[3].exp(), self.period_s())
     }
 
-    fn parameters(&self) -> [(&'static str, f64); 4] {
-        self.named_parameters()
+    fn parameters(&self) -> [NoiseParameter; 4] {
+        let [q, colour, position, displacement] = self.noise();
+        [
+            parameter("drive-variance", "z²/frame⁴", q),
+            parameter("colour-coefficient", "1 a frame", colour),
+            parameter("position-variance", "z²", position),
+            parameter("displacement-variance", "z²", displacement),
+        ]
     }
 }
 
@@ -167,10 +188,10 @@ impl Model<3, 2, 2> for Width {
         Self::new(p[0].exp(), p[1].exp())
     }
 
-    fn parameters(&self) -> [(&'static str, f64); 2] {
+    fn parameters(&self) -> [NoiseParameter; 2] {
         [
-            ("acceleration_variance_mm2_s4", self.acceleration_variance_mm2_s4()),
-            ("white_variance_mm2", self.white_variance_mm2()),
+            parameter("acceleration-variance", "z²/s⁴", self.acceleration_variance_mm2_s4()),
+            parameter("white-variance", "z²", self.white_variance_mm2()),
         ]
     }
 }

@@ -1,0 +1,110 @@
+//! `filter.csv` and `filter.json`.
+
+use std::io::Write;
+use std::path::Path;
+
+use seamtrack::kalman::NoiseParameter;
+use seamtrack::kalman::consistency::mean_band_999;
+use seamtrack::report::atomic::write_atomically;
+use serde::Serialize;
+use serde_json::{Map, Value, json};
+
+use super::measurements::Measurements;
+
+/// The name of the table; its presence means that a folder holds results.
+pub const CSV_NAME: &str = "filter.csv";
+/// The name of the summary.
+pub const JSON_NAME: &str = "filter.json";
+/// Version of both; columns and keys may be added under the same one.
+const SCHEMA_VERSION: u32 = 1;
+
+/// What the filter says of one line of the input; empty cells where it says nothing.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Row {
+    /// Filtered position \[z\].
+    pub x: Option<f64>,
+    /// One σ of it \[z\].
+    pub x_std: Option<f64>,
+    /// Filtered velocity \[z/s\].
+    pub velocity: Option<f64>,
+    /// One σ of it \[z/s\].
+    pub velocity_std: Option<f64>,
+    /// z1 less its prediction \[z\].
+    pub innovation1: Option<f64>,
+    /// z2 less its prediction \[z\].
+    pub innovation2: Option<f64>,
+    /// Normalised innovation squared.
+    pub nis: Option<f64>,
+    /// Weight of the measurement, below 1 where it was taken for an outlier.
+    pub weight: Option<f64>,
+    /// Position given the later measurements too \[z\].
+    pub smooth_x: Option<f64>,
+    /// One σ of it \[z\].
+    pub smooth_x_std: Option<f64>,
+}
+
+/// The result of one run.
+pub struct Outcome {
+    /// One row a line of the input.
+    pub rows: Vec<Row>,
+    /// The parameters used.
+    pub parameters: Vec<NoiseParameter>,
+    /// Log-likelihood of the series; none where the equations define none.
+    pub log_likelihood: Option<f64>,
+    /// Rows a complete measurement has.
+    pub measured_rows: usize,
+    /// What else is worth saying.
+    pub more: Map<String, Value>,
+}
+
+impl Outcome {
+    /// The summary as JSON; `run` says what was asked for.
+    pub fn summary(&self, run: Map<String, Value>) -> Value {
+        let nis: Vec<f64> = self.rows.iter().filter_map(|row| row.nis).collect();
+        #[expect(clippy::cast_precision_loss, reason = "counts far below 2⁵²")]
+        let mean = (!nis.is_empty()).then(|| nis.iter().sum::<f64>() / nis.len() as f64);
+        let (low, high) = mean_band_999(nis.len(), self.measured_rows);
+        let mut summary = Map::new();
+        summary.insert("schema_version".into(), SCHEMA_VERSION.into());
+        summary.insert("program".into(), concat!("seamtrack ", env!("CARGO_PKG_VERSION")).into());
+        summary.extend(run);
+        let parameters = self.parameters.iter().map(|p| (p.name.to_owned(), json!({"value": p.value, "unit": p.unit})));
+        summary.insert("parameters".into(), Value::Object(parameters.collect()));
+        summary.insert("log_likelihood".into(), json!(self.log_likelihood));
+        let measured = self.rows.iter().filter(|row| row.nis.is_some()).count();
+        let estimated = self.rows.iter().filter(|row| row.x.is_some()).count();
+        let weakened = self.rows.iter().filter(|row| row.weight.is_some_and(|weight| weight < 1.0)).count();
+        summary.insert(
+            "lines".into(),
+            json!({"total": self.rows.len(), "estimated": estimated, "updated": measured, "weakened": weakened}),
+        );
+        summary.insert("nis".into(), json!({"mean": mean, "consistent_band_999": [low, high]}));
+        summary.extend(self.more.clone());
+        Value::Object(summary)
+    }
+}
+
+/// Writes both files, each complete or not at all.
+pub fn write(folder: &Path, series: &Measurements, outcome: &Outcome, summary: &Value) -> anyhow::Result<()> {
+    let z2 = |line: usize| series.z2.as_ref().and_then(|z2| z2[line]);
+    write_atomically(&folder.join(CSV_NAME), |file| {
+        let mut csv = csv::WriterBuilder::new().has_headers(false).from_writer(file);
+        csv.write_record(["time_s", "z1", "z2", "x", "x_std", "velocity", "velocity_std"].iter().chain(&[
+            "innovation1",
+            "innovation2",
+            "nis",
+            "weight",
+            "smooth_x",
+            "smooth_x_std",
+        ]))?;
+        for (line, row) in outcome.rows.iter().enumerate() {
+            csv.serialize((series.time_s[line], series.z1[line], z2(line), row))?;
+        }
+        csv.flush()
+    })?;
+    write_atomically(&folder.join(JSON_NAME), |file| {
+        serde_json::to_writer_pretty(&mut *file, summary)?;
+        file.write_all(b"\n")
+    })?;
+    Ok(())
+}
