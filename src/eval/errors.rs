@@ -49,7 +49,8 @@ pub struct Errors {
 pub fn errors(estimates: &[Option<Estimate>], truth_px: &[Option<f64>], scale: MmPerPx) -> Option<Errors> {
     assert_eq!(estimates.len(), truth_px.len(), "one estimate and one truth a frame");
     let first = estimates.iter().position(Option::is_some)?;
-    let unavailable_frames = estimates.iter().zip(truth_px).skip(first).filter(|(e, t)| e.is_none() && t.is_some()).count();
+    let unavailable_frames =
+        estimates.iter().zip(truth_px).skip(first).filter(|(e, t)| e.is_none() && t.is_some()).count();
     let both = || estimates.iter().zip(truth_px).filter_map(|(e, t)| Some(((*e)?, (*t)?)));
     let signed_mm: Vec<f64> = both().map(|(e, t)| scale.get() * (e.position_px - t)).collect();
     if signed_mm.is_empty() {

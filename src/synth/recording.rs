@@ -8,7 +8,7 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use rayon::prelude::*;
 
-use super::{Scenario, Scene, ScenarioError};
+use super::{Scenario, ScenarioError, Scene};
 use crate::frame::GrayFrame;
 
 /// Why a recording could not be written.
@@ -103,12 +103,7 @@ fn failed(file: &Path) -> impl FnOnce(std::io::Error) -> RecordingError {
 fn write_png(frame: &GrayFrame, file: &Path) -> Result<(), RecordingError> {
     let mut writer = BufWriter::new(File::create(file).map_err(failed(file))?);
     PngEncoder::new_with_quality(&mut writer, CompressionType::Fast, FilterType::Sub)
-        .write_image(
-            frame.pixels(),
-            frame.width_px() as u32,
-            frame.height_px() as u32,
-            image::ExtendedColorType::L8,
-        )
+        .write_image(frame.pixels(), frame.width_px() as u32, frame.height_px() as u32, image::ExtendedColorType::L8)
         .map_err(|source| RecordingError::Encode { file: file.to_owned(), source })?;
     writer.flush().map_err(failed(file))
 }
