@@ -75,6 +75,7 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
     d.spatter.tracks *= factor();
     d.spatter.burst_chance = (d.spatter.burst_chance * factor()).min(1.0);
     d.spatter.length_px *= factor();
+    d.smoke.share = (d.smoke.share * factor()).min(0.95);
     d.smoke.opacity = (d.smoke.opacity * factor()).min(0.95);
     d.smoke.wisp_px *= factor();
     if d.arc.side == Side::Any {

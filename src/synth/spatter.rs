@@ -11,7 +11,10 @@ use crate::units::PixelPoint;
 
 /// A burst brings this many times the usual tracks, and at least so many (chosen).
 const BURST_FACTOR: f64 = 4.0;
-const BURST_TRACKS: f64 = 12.0;
+const BURST_TRACKS: f64 = 9.0;
+/// Chance that a drop lands near the stripe in a frame of a burst, and how near (chosen).
+const LANDING_CHANCE: f64 = 0.5;
+const LANDING_SPREAD_PX: f32 = 110.0;
 /// Scatter of the tracks' direction about the direction from the arc \[rad\] (chosen).
 const DIRECTION_SD_RAD: f32 = 0.45;
 
@@ -40,13 +43,13 @@ pub(super) fn add_spatter(
             add_streak(at, direction, spatter.length_px as f32, &mut rng, canvas);
         }
     }
-    if burst {
-        // Drops that land near the seam glow for the burst's whole length.
-        for _ in 0..rng.random_range(1..4) {
-            let at =
-                (arc.u_px as f32 + 90.0 * normal(&mut rng), 0.5 * canvas.height_px() as f32 + 50.0 * normal(&mut rng));
-            add_blob(at, 0.0, &mut rng, canvas);
-        }
+    if burst && rng.random_bool(LANDING_CHANCE) {
+        // A drop that lands beside the stripe still glows.
+        let at = (
+            arc.u_px as f32 + LANDING_SPREAD_PX * normal(&mut rng),
+            0.5 * canvas.height_px() as f32 + LANDING_SPREAD_PX * normal(&mut rng),
+        );
+        add_blob(at, 0.0, &mut rng, canvas);
     }
 }
 
@@ -79,10 +82,10 @@ fn add_streak(head: (f32, f32), direction: f32, length_px: f32, rng: &mut Pcg64M
 
 /// A particle out of focus: a disc with a brighter rim, drawn out a little by its motion.
 fn add_blob(centre: (f32, f32), direction: f32, rng: &mut Pcg64Mcg, canvas: &mut Canvas) {
-    let radius = rng.random_range(2.0..9.0_f32);
-    let stretch = rng.random_range(1.0..3.5_f32);
-    let grey = 60.0
-        + 150.0 * {
+    let radius = rng.random_range(1.5..7.0_f32);
+    let stretch = rng.random_range(1.0..3.0_f32);
+    let grey = 45.0
+        + 120.0 * {
             let e: f32 = Exp1.sample(rng);
             e
         }

@@ -7,8 +7,8 @@ use super::noise::{Component, SmoothNoise, generator, normal};
 use super::profile::Branch;
 use super::scenario::Stripe;
 
-/// Contrast of the grains inside the stripe relative to that of whole cross-sections: real frames show both.
-const GRAIN_SHARE: f64 = 0.8;
+/// Contrast of whole cross-sections relative to that of the grains inside: real frames show both.
+const SECTION_SHARE: f64 = 0.7;
 /// Length of the plates' reflectance variation along the stripe \[px\] and along the travel \[frames\] (chosen).
 const REFLECTANCE_PX: f64 = 24.0;
 const REFLECTANCE_FRAMES: f64 = 6.0;
@@ -66,7 +66,7 @@ impl Illumination<'_> {
         let reach = (3.3 * sigma * branch.width.iter().copied().fold(0.1, f32::max)).ceil() as i64;
         let sections = correlated(columns, rng);
         let grains = grain_rows(columns, 2 * reach as usize + 1, rng);
-        let (speckle, grain) = (self.stripe.speckle as f32, (GRAIN_SHARE * self.stripe.speckle) as f32);
+        let (speckle, grain) = ((SECTION_SHARE * self.stripe.speckle) as f32, self.stripe.speckle as f32);
         // Log-normal of unit mean: never negative, with the bright spots of real speckle.
         let log_normal = |x: f32, contrast: f32| {
             let variance = (1.0 + contrast * contrast).ln();

@@ -78,7 +78,9 @@ const BURST_FRAMES: std::ops::RangeInclusive<usize> = 2..=5;
 /// Correlation of the smoke's opacity and of the exposure from frame to frame (chosen: smoke drifts off in seconds).
 const SMOKE_CORRELATION: f64 = 0.85;
 /// Standard deviation of the logarithm of the smoke's opacity (chosen).
-const SMOKE_VARIATION: f64 = 0.45;
+const SMOKE_VARIATION: f64 = 0.35;
+/// Mean length of a puff of smoke \[frames\] (chosen: 0.6 s).
+const PUFF_FRAMES: f64 = 3.0;
 
 /// Simulates a recording whose path is centred on `centre_px` along the stripe.
 pub(super) fn simulate(drawn: &Drawn, seed: u64, centre_px: f64) -> Timeline {
@@ -127,10 +129,11 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
     let mut exposure = Ar1::new(s.sensor.exposure, SMOKE_CORRELATION);
     let mut smoke = Ar1::new(SMOKE_VARIATION, SMOKE_CORRELATION);
     let (mut burst_left, mut cover_left, mut covers) = (0_usize, 0_usize, 0_u64);
+    let mut smoky = false;
     (0..ticks)
         .map(|tick| {
             let arc_on = tick >= s.arc_on_frame;
-            let (burst_roll, cover_roll) = (rng.random::<f64>(), rng.random::<f64>());
+            let [burst_roll, cover_roll, smoke_roll] = [(); 3].map(|()| rng.random::<f64>());
             let (burst_frames, cover_frames) =
                 (rng.random_range(BURST_FRAMES), rng.random_range(d.covers.frames[0]..=d.covers.frames[1]));
             burst_left = burst_left.saturating_sub(1);
@@ -142,6 +145,10 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
                 cover_left = cover_frames;
                 covers += 1;
             }
+            // A two-state chain whose stationary share is the stated one.
+            let stay = 1.0 - 1.0 / PUFF_FRAMES;
+            let begin = d.smoke.share / (1.0 - d.smoke.share) / PUFF_FRAMES;
+            smoky = arc_on && smoke_roll < if smoky { stay } else { begin };
             let log_normal = |x: f64, sd: f64| (x - 0.5 * sd * sd).exp();
             let burst = burst_left > 0;
             let flicker = log_normal(flicker.step(rng), d.arc.flicker) * if burst { BURST_FLASH } else { 1.0 };
@@ -154,7 +161,7 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
                 raggedness_px: [edges[0].step(rng), edges[1].step(rng)],
                 flicker: if arc_on { flicker } else { 0.0 },
                 exposure: 1.0 + exposure.step(rng),
-                opacity: if arc_on { opacity } else { 0.0 },
+                opacity: if smoky { opacity } else { 0.0 },
                 burst,
                 cover: (cover_left > 0).then_some(covers),
             }

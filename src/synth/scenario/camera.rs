@@ -30,8 +30,8 @@ pub struct Stripe {
     pub sigma_px: f64,
     /// Height of the cross-section \[grey\], 1 to 5000; above 255 the core saturates. Default 200: the scenes' 185–215.
     pub amplitude_grey: f64,
-    /// Contrast of the speckle (standard deviation over mean), 0 to 2: of whole cross-sections, and eight tenths of it of
-    /// the grains inside. Default 0.33: the scenes' 0.28–0.38.
+    /// Contrast of the speckle (standard deviation over mean), 0 to 2: of the grains, and seven tenths of it of whole
+    /// cross-sections. Default 0.33: the scenes' 0.28–0.38.
     pub speckle: f64,
     /// Variation of the plates' reflectance along the stripe, 0 to 1. Default 0.18: all scenes.
     pub reflectance: f64,

@@ -67,7 +67,7 @@ pub struct Spatter {
     /// Mean number of tracks in a frame, 0 to 500. Default 0.
     pub tracks: f64,
     /// Chance that a burst begins in a frame, 0 to 1; a burst lasts several frames and brings four times the tracks
-    /// (at least 12), with slow defocused blobs and a flash. Default 0.
+    /// (at least 9), with slow defocused blobs and a flash. Default 0.
     pub burst_chance: f64,
     /// Mean length of a track \[px\], 1 to 1000: motion blur. Default 28, chosen.
     pub length_px: f64,
@@ -85,7 +85,9 @@ impl Default for Spatter {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Smoke {
-    /// Mean opacity after arc-on, 0 to 0.95; single wisps take up to about twice of it. Default 0.
+    /// Share of the frames after arc-on with smoke in them, 0 to 0.95; a puff lasts about three frames. Default 0.
+    pub share: f64,
+    /// Mean opacity of a puff, 0 to 0.95; single wisps take up to about twice of it. Default 0.45, chosen.
     pub opacity: f64,
     /// Size of the wisps \[px\], 2 to 2000. Default 70, chosen.
     pub wisp_px: f64,
@@ -95,7 +97,7 @@ pub struct Smoke {
 
 impl Default for Smoke {
     fn default() -> Self {
-        Self { opacity: 0.0, wisp_px: 70.0, haze_grey: 55.0 }
+        Self { share: 0.0, opacity: 0.45, wisp_px: 70.0, haze_grey: 55.0 }
     }
 }
 
@@ -148,7 +150,7 @@ impl Severity {
     /// description (section 5), the middle of a range where one is given.
     #[must_use]
     pub fn disturbances(self) -> Disturbances {
-        let (glare_grey, tracks, burst_chance, opacity, covers) = match self {
+        let (glare_grey, tracks, burst_chance, share, covers) = match self {
             Self::Clean => (0.0, 0.0, 0.0, 0.0, 0.0),
             Self::Mild => (45.0, 3.25, 0.05, 0.22, 0.0),
             Self::Medium => (75.0, 14.0, 0.075, 0.275, 0.0),
@@ -158,7 +160,7 @@ impl Severity {
         Disturbances {
             arc: Arc { glare_grey, ..Arc::default() },
             spatter: Spatter { tracks, burst_chance, ..Spatter::default() },
-            smoke: Smoke { opacity, ..Smoke::default() },
+            smoke: Smoke { share, ..Smoke::default() },
             covers: Covers { per_100_frames: covers, frames: [2, 5], ..Covers::default() },
         }
     }
@@ -185,11 +187,12 @@ impl Disturbances {
         {
             return Some("spatter: tracks lie in 0..500, burst_chance and blobs in 0..1, length_px in 1..1000");
         }
-        if !(within(smoke.opacity, 0.0, 0.95)
+        if !(within(smoke.share, 0.0, 0.95)
+            && within(smoke.opacity, 0.0, 0.95)
             && within(smoke.wisp_px, 2.0, 2000.0)
             && within(smoke.haze_grey, 0.0, 255.0))
         {
-            return Some("smoke: opacity lies in 0..0.95, wisp_px in 2..2000, haze_grey in 0..255");
+            return Some("smoke: share and opacity lie in 0..0.95, wisp_px in 2..2000, haze_grey in 0..255");
         }
         if !(within(covers.per_100_frames, 0.0, 50.0)
             && 1 <= covers.frames[0]
