@@ -9,3 +9,7 @@ mod features;
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
 pub use cv::{MedianError, MedianKernel, median};
 pub use features::{SeamFeatures, SeamRoi, SeedSettings, find as find_seam_features};
+pub(crate) mod box_filter;
+pub mod notch;
+pub mod rectify;
+pub mod stripe_line;
