@@ -115,3 +115,5 @@ impl Tracker {
 pub fn roi(estimate: &Estimate) -> Option<SeamRoi> {
     estimate.seam.map(|seam| SeamRoi::du_2022(seam.centre))
 }
+pub mod grid;
+pub mod hairline;
