@@ -1,7 +1,9 @@
 //! Tracks a hairline butt joint along the stripe: evidence per column, a grid filter, and the courage to say "none".
 
 use crate::frame::GrayFrame;
+use crate::imgproc::ambient_line::AmbientLine;
 use crate::imgproc::notch::NotchEvidence;
+use crate::imgproc::notch_template::NotchTemplate;
 use crate::imgproc::rectify::{Band, StripeRectifier};
 use crate::units::PixelPoint;
 
@@ -48,6 +50,8 @@ pub struct HairlineEstimate {
 pub struct HairlineTracker {
     rectifier: StripeRectifier,
     notch: NotchEvidence,
+    ambient: AmbientLine,
+    template: NotchTemplate,
     grid: Option<GridFilter>,
     log_ratio: Vec<f32>,
     convinced_frames: u32,
@@ -65,7 +69,17 @@ impl HairlineTracker {
         let grid = self.grid.insert(grid);
         let band = self.rectifier.rectify(frame)?;
         let score = self.notch.score(band);
+        let ambient = self.ambient.score(frame, band);
+        let template = self.template.log_ratio(band);
+        let ak: f32 = std::env::var("AK").map_or(1.5, |v| v.parse().unwrap());
+        let tk: f32 = std::env::var("TK").map_or(1.0, |v| v.parse().unwrap());
+        let a0: f32 = std::env::var("A0").map_or(0.5, |v| v.parse().unwrap());
         fill_log_ratio(&mut self.log_ratio, score, band);
+        for (u, nats) in self.log_ratio.iter_mut().enumerate() {
+            if band.inside.contains(&u) && !band.hot()[u] {
+                *nats = (*nats + ak * (ambient[u] - a0).clamp(0.0, 2.0) + tk * template[u].clamp(-3.0, 5.0)).clamp(EVIDENCE_NATS.0, EVIDENCE_NATS.1);
+            }
+        }
         grid.predict(&band.inside);
         grid.update(&self.log_ratio);
         let estimate = grid.estimate();
@@ -73,6 +87,12 @@ impl HairlineTracker {
         self.convinced_frames = if convinced { self.convinced_frames + 1 } else { 0 };
         self.confirmed = self.convinced_frames >= CONFIRM_FRAMES
             || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
+        let near = estimate.u_px.round() as usize;
+        let near = near.saturating_sub(8)..(near + 9).min(width);
+        let fixed = score[near.start + 5..near.end.saturating_sub(5).max(near.start+6)].iter().fold(0.0_f32, |a, &b| a.max(b));
+        if convinced && fixed > 3.0 && !band.hot()[near].contains(&true) {
+            self.template.learn(estimate.u_px);
+        }
         Some(HairlineEstimate {
             seam: PixelPoint::new(estimate.u_px, band.line.v_px(estimate.u_px)),
             grid: estimate,
