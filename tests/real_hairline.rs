@@ -13,11 +13,13 @@ fn look() {
         let mut last: Option<HairlineEstimate> = None;
         let started = std::time::Instant::now();
         let mut steps = 0;
+        let mut rows = Vec::new();
         let (mut sum, mut n, mut worst) = (0.0, 0, 0.0_f64);
         for shot in &shots {
             if !shot.repeated {
                 last = tracker.step(&shot.frame);
                 steps += 1;
+                rows.push(tracker.evidence().clone());
             }
             let Some(e) = last else { continue };
             let error = shot.reference_px.map(|r| e.seam.u_px - r);
@@ -27,9 +29,48 @@ fn look() {
                 worst = worst.max(error.abs());
             }
             if std::env::var_os("V").is_some() {
+                println!("ROW {} {} {:?}", shot.number, u8::from(!shot.repeated), tracker.evidence().log_ratio.iter().map(|v| (v * 100.0).round() / 100.0).collect::<Vec<_>>());
                 println!("{:3} u {:7.2} sd {:.2} v {:5.2} conf {:.3} P {:.4} {:?} err {:?}", shot.number, e.seam.u_px, e.grid.sd_px, e.grid.velocity_px, e.grid.confidence, e.grid.presence, e.presence, error.map(|e| (e*100.).round()/100.));
             }
         }
+        let started2 = std::time::Instant::now();
+        let smoothed = seamtrack::tracker::grid_smooth::smooth(&rows);
+        let ms = started2.elapsed().as_secs_f64() * 1e3 / rows.len() as f64;
+        let mut it = smoothed.iter();
+        let mut current = smoothed[0];
+        let (mut ssum, mut sn, mut sworst) = (0.0, 0, 0.0_f64);
+        for shot in &shots {
+            if !shot.repeated { current = *it.next().unwrap(); }
+            if let Some(r) = shot.reference_px {
+                if std::env::var_os("V").is_some() { println!("S {} {} {:.2} {:.4}", shot.number, current.u_px, current.u_px - r, current.presence); }
+                ssum += (current.u_px - r).abs(); sn += 1; sworst = sworst.max((current.u_px - r).abs());
+            }
+        }
+        println!("{name}: smoothed mean {:.2} worst {:.2} over {sn}, {ms:.2} ms a frame", ssum / sn as f64, sworst);
         println!("{name}: mean {:.2} worst {worst:.2} over {n}; {:.2} ms a step", sum / n as f64, started.elapsed().as_secs_f64() * 1e3 / steps as f64);
+    }
+}
+
+#[test]
+fn controls() {
+    let Some(folder) = real::folder() else { return };
+    for name in ["abb-butt-scan1", "abb-butt-scan4"] {
+        let shots = real::scan(&folder, name);
+        for paint in [real::paint::Paint::Moved, real::paint::Paint::Mirrored, real::paint::Paint::Smooth] {
+            let mut tracker = HairlineTracker::default();
+            let (mut most, mut present, mut n) = (0.0_f64, 0, 0);
+            for shot in shots.iter().filter(|s| !s.repeated || s.number == 5) {
+                let Some(seam) = shot.reference_px else { continue };
+                let frame = real::paint::without_seam(&shot.frame, seam, paint);
+                if shot.number % 40 == 21 && paint == real::paint::Paint::Moved && std::env::var_os("V").is_some() {
+                    image::GrayImage::from_raw(frame.width_px() as u32, frame.height_px() as u32, frame.pixels().to_vec()).unwrap().save(format!("/tmp/hl/c{}_{}.png", name, shot.number)).unwrap();
+                }
+                let e = tracker.step(&frame).unwrap();
+                most = most.max(e.grid.presence);
+                present += u32::from(e.presence == SeamPresence::Present);
+                n += 1;
+            }
+            println!("control {name} {paint:?}: most {most:.4}, present on {present} of {n}");
+        }
     }
 }

@@ -44,7 +44,17 @@ impl RunningSums {
         }
         let flank = |first: usize, end: usize| (self.prefix[end] - self.prefix[first]) / (end - first) as f64;
         let flanks = 0.5 * (flank(at - outer, at - guard) + flank(at + guard + 1, at + outer + 1));
-        f64::from(self.mean(at, centre)) as f32 - flanks as f32
+        self.mean(at, centre) - flanks as f32
+    }
+
+    /// Mean of the `reach` samples to the right minus that to the left; zero where one of them leaves the row.
+    pub(crate) fn step(&self, at: usize, reach: usize) -> f32 {
+        if at < reach || at + reach >= self.len() {
+            return 0.0;
+        }
+        let left = self.prefix[at] - self.prefix[at - reach];
+        let right = self.prefix[at + reach + 1] - self.prefix[at + 1];
+        ((right - left) / reach as f64) as f32
     }
 }
 
@@ -72,6 +82,15 @@ mod tests {
         sums.load((0..60).map(|u| if (29..=31).contains(&u) { 3.0 } else { 10.0 }));
         assert!((sums.contrast(30, contrast) + 7.0).abs() < 1e-5);
         assert_eq!(sums.contrast(2, contrast), 0.0);
+    }
+
+    #[test]
+    fn a_step_has_its_height_and_a_dip_none() {
+        let mut sums = RunningSums::default();
+        sums.load((0..60).map(|u| if u < 30 { 1.0 } else { 4.0 }));
+        assert!((sums.step(30, 8) - 3.0).abs() < 1e-6 && sums.step(45, 8) == 0.0);
+        sums.load((0..60).map(|u| if u == 30 { 1.0 } else { 4.0 }));
+        assert_eq!(sums.step(30, 8), 0.0);
     }
 
     #[test]

@@ -1,14 +1,16 @@
 //! What a hairline joint does to the stripe, scored per column of the rectified band (METHOD.md §6.3).
 //!
-//! The seam shows as a dark notch, as a sideways glint, as a step of height, and no single one of these survives all
-//! frames. Each is a centre-minus-flanks contrast along the stripe, in the log domain because the core is saturated,
-//! made comparable by a robust z-score over the stripe.
+//! The seam shows as a dark notch, as a sideways glint, as a step of height or of brightness, and no single one of these
+//! survives all frames. Each is a contrast along the stripe, in the log domain because the core is saturated, made
+//! comparable by a robust z-score over the stripe.
 
 use super::box_filter::{Contrast, RunningSums};
 use super::rectify::{BAND_HALF_PX, Band};
 
 /// Centre and flanks along the stripe (prototype: ±1 px against 4 to 9 px).
 const HAIRLINE: Contrast = Contrast { centre: 1, guard: 3, outer: 9 };
+/// A step of brightness is the difference of the means of so many columns on both sides (chosen).
+const STEP_PX: usize = 8;
 /// Rows of the core, of the stripe's two flanks, and of its centroid \[px from the line\].
 const CORE_HALF_PX: isize = 5;
 const FLANK_ROWS: std::ops::RangeInclusive<isize> = 4..=9;
@@ -23,8 +25,8 @@ const CENTROID_CAP_GREY: f32 = 160.0;
 const CENTROID_MIN_SUM_GREY: f32 = 300.0;
 /// Beyond about this a z-score counts by its logarithm: one feature alone must not decide (chosen).
 const SOFT_Z: f32 = 4.0;
-/// Mean of the three unsigned scores without a seam, taken off so that the sum is near zero there.
-const UNSIGNED_MEAN: f32 = 2.0;
+/// Mean of an unsigned score without a seam, taken off so that the sum is near zero there.
+const UNSIGNED_MEAN: f32 = 0.67;
 /// Fewer columns than this have no robust scale.
 const MIN_COLUMNS: usize = 20;
 
@@ -34,15 +36,20 @@ pub struct NotchEvidence {
     background: Vec<f32>,
     sums: RunningSums,
     feature: Vec<f32>,
+    contrast: Vec<f32>,
     sample: Vec<f32>,
     score: Vec<f32>,
 }
 
-/// Whether a feature speaks for a seam by either sign or by a positive value only.
+/// What of a feature along the stripe speaks for a seam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Sign {
-    Positive,
-    Either,
+    /// A value lower than on both sides.
+    Dip,
+    /// A value lower or higher than on both sides.
+    DipOrBump,
+    /// A value that differs between the sides.
+    Step,
 }
 
 impl NotchEvidence {
@@ -57,12 +64,12 @@ impl NotchEvidence {
             (rows.map(|d| light(d, u)).sum::<f32>() / count + floor).ln()
         };
         self.score.clear();
-        self.score.resize(width, -UNSIGNED_MEAN);
+        self.score.resize(width, 0.0);
 
-        let core = (0..width).map(|u| -log_mean(-CORE_HALF_PX..=CORE_HALF_PX, CORE_FLOOR_GREY, u));
         self.feature.clear();
-        self.feature.extend(core);
-        self.add_feature(band, Sign::Positive);
+        self.feature.extend((0..width).map(|u| log_mean(-CORE_HALF_PX..=CORE_HALF_PX, CORE_FLOOR_GREY, u)));
+        self.add_feature(band, Sign::Dip);
+        self.add_feature(band, Sign::Step);
 
         self.feature.clear();
         self.feature.extend((0..width).map(|u| {
@@ -74,13 +81,12 @@ impl NotchEvidence {
             }
             moment / sum.max(CENTROID_MIN_SUM_GREY)
         }));
-        self.add_feature(band, Sign::Either);
+        self.add_feature(band, Sign::DipOrBump);
 
-        for side in [-1, 1] {
-            let rows = if side < 0 { -FLANK_ROWS.end()..=-FLANK_ROWS.start() } else { FLANK_ROWS };
+        for rows in [-FLANK_ROWS.end()..=-FLANK_ROWS.start(), FLANK_ROWS] {
             self.feature.clear();
             self.feature.extend((0..width).map(|u| log_mean(rows.clone(), FLANK_FLOOR_GREY, u)));
-            self.add_feature(band, Sign::Either);
+            self.add_feature(band, Sign::DipOrBump);
         }
         for (u, score) in self.score.iter_mut().enumerate() {
             if !band.inside.contains(&u) {
@@ -94,19 +100,20 @@ impl NotchEvidence {
     /// Adds the soft robust z-score of the contrast of `self.feature` to the score.
     fn add_feature(&mut self, band: &Band, sign: Sign) {
         self.sums.load(self.feature.iter().copied());
-        for (u, value) in self.feature.iter_mut().enumerate() {
-            *value = self.sums.contrast(u, HAIRLINE);
-        }
-        let usable = |u: &usize| !band.hot()[*u];
+        self.contrast.clear();
+        self.contrast.extend((0..band.width_px()).map(|u| match sign {
+            Sign::Dip | Sign::DipOrBump => -self.sums.contrast(u, HAIRLINE),
+            Sign::Step => self.sums.step(u, STEP_PX),
+        }));
         self.sample.clear();
-        self.sample.extend(band.inside.clone().filter(usable).map(|u| self.feature[u]));
+        self.sample.extend(band.inside.clone().filter(|&u| !band.hot()[u]).map(|u| self.contrast[u]));
         if self.sample.len() < MIN_COLUMNS {
             return;
         }
         let (median, sd) = robust_scale(&mut self.sample);
-        for (score, &value) in self.score.iter_mut().zip(&self.feature) {
+        for (score, &value) in self.score.iter_mut().zip(&self.contrast) {
             let z = (value - median) / sd;
-            *score += soft(if sign == Sign::Either { z.abs() } else { z });
+            *score += if sign == Sign::Dip { soft(z) } else { soft(z.abs()) - UNSIGNED_MEAN };
         }
     }
 }

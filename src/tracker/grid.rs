@@ -27,6 +27,8 @@ const BIRTH: f32 = 1e-3;
 const DEATH: f32 = 1e-3;
 /// The estimate is the mean within this distance of the likeliest cell \[px\].
 const PEAK_REACH_PX: usize = 5;
+/// One frame's own observation is taken within this distance of the estimate \[px\] (chosen: twice its deviation).
+const OBSERVATION_REACH_PX: usize = 4;
 /// Smaller probabilities are zero: denormal numbers are slow.
 const SMALLEST: f32 = 1e-30;
 
@@ -45,6 +47,15 @@ pub struct GridEstimate {
     pub presence: f64,
 }
 
+/// What one frame alone says about the place near the seam.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalObservation {
+    /// Position along the stripe \[px\]: the likelihood's mean.
+    pub u_px: f64,
+    /// The likelihood's standard deviation \[px\].
+    pub sd_px: f64,
+}
+
 /// Probabilities, or backward weights, of all states.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Belief {
@@ -55,6 +66,28 @@ pub(super) struct Belief {
 }
 
 impl Belief {
+    pub(super) fn fill(&mut self, value: f32) {
+        self.cells.fill(value);
+        self.absent = value;
+    }
+
+    /// Multiplies by backward weights.
+    pub(super) fn weigh(&mut self, weights: &Self) {
+        for (p, w) in self.cells.iter_mut().zip(&weights.cells) {
+            *p *= w;
+        }
+        self.absent *= weights.absent;
+    }
+
+    /// Divides by the largest value; what would vanish stays just above zero.
+    pub(super) fn scale_to_one(&mut self) {
+        let most = self.cells.iter().copied().fold(self.absent, f32::max);
+        self.absent /= most;
+        for p in &mut self.cells {
+            *p = (*p / most).max(SMALLEST);
+        }
+    }
+
     fn rows(&self, cells: usize) -> impl Iterator<Item = &[f32]> {
         self.cells.chunks_exact(cells)
     }
@@ -114,7 +147,8 @@ impl GridFilter {
         self.columns
     }
 
-    const fn cells(&self) -> usize {
+    /// Number of cells a velocity.
+    pub(super) const fn cells(&self) -> usize {
         CELLS_PER_PX * self.columns - 1
     }
 
@@ -188,9 +222,18 @@ impl GridFilter {
     /// The present estimate.
     pub fn estimate(&mut self) -> GridEstimate {
         let mut marginal = std::mem::take(&mut self.marginal);
-        let estimate = estimate_of(&self.belief, &mut marginal);
+        let estimate = estimate_of(&self.belief, self.cells(), &mut marginal);
         self.marginal = marginal;
         estimate
+    }
+
+    /// Mean and deviation of the last frame's likelihood near `u_px`; none when no place there speaks for a seam.
+    #[must_use]
+    pub fn local_observation(&self, u_px: f64) -> Option<LocalObservation> {
+        let near = near_cells((u_px * CELLS_PER_PX as f64).round() as usize, OBSERVATION_REACH_PX, self.cells());
+        let best = self.likelihood[near.clone()].iter().copied().fold(0.0, f32::max);
+        let moments = Moments::of(&self.likelihood, near);
+        (best > 1.0).then(|| LocalObservation { u_px: moments.mean_px, sd_px: moments.sd_px })
     }
 
     pub(super) const fn belief(&self) -> &Belief {
@@ -235,23 +278,16 @@ impl GridFilter {
     }
 }
 
-/// Estimate from any belief, normalised or not; `marginal` is scratch of any content, one value a cell.
-pub(super) fn estimate_of(belief: &Belief, marginal: &mut [f32]) -> GridEstimate {
-    let cells = marginal.len();
-    marginal.fill(0.0);
+/// Estimate from any belief, normalised or not, of rows of `cells`; `marginal` is scratch.
+pub(super) fn estimate_of(belief: &Belief, cells: usize, marginal: &mut Vec<f32>) -> GridEstimate {
+    marginal.clear();
+    marginal.resize(cells, 0.0);
     for row in belief.rows(cells) {
         axpy(marginal, row, 1.0);
     }
     let peak = (0..cells).fold(0, |best, cell| if marginal[cell] > marginal[best] { cell } else { best });
-    let reach = PEAK_REACH_PX * CELLS_PER_PX;
-    let near = peak.saturating_sub(reach)..(peak + reach + 1).min(cells);
-    let (mut mass, mut first, mut second) = (0.0, 0.0, 0.0);
-    for cell in near.clone() {
-        let (p, u_px) = (f64::from(marginal[cell]), cell as f64 / CELLS_PER_PX as f64);
-        mass += p;
-        first += p * u_px;
-        second += p * u_px * u_px;
-    }
+    let near = near_cells(peak, PEAK_REACH_PX, cells);
+    let moments = Moments::of(marginal, near.clone());
     let velocity: f64 = belief
         .rows(cells)
         .enumerate()
@@ -261,15 +297,43 @@ pub(super) fn estimate_of(belief: &Belief, marginal: &mut [f32]) -> GridEstimate
         })
         .sum();
     let present: f64 = f64::from(marginal.iter().sum::<f32>());
-    let mass = mass.max(f64::MIN_POSITIVE);
-    let u_px = first / mass;
-    let cell_variance_px2 = 1.0 / (12.0 * (CELLS_PER_PX * CELLS_PER_PX) as f64);
+    let mass = moments.mass.max(f64::MIN_POSITIVE);
     GridEstimate {
-        u_px,
-        sd_px: ((second / mass - u_px * u_px).max(0.0) + cell_variance_px2).sqrt(),
+        u_px: moments.mean_px,
+        sd_px: moments.sd_px,
         velocity_px: velocity / mass,
         confidence: mass / present.max(f64::MIN_POSITIVE),
         presence: present / (present + f64::from(belief.absent)),
+    }
+}
+
+/// Cells within `reach_px` of a cell.
+fn near_cells(cell: usize, reach_px: usize, cells: usize) -> Range<usize> {
+    let (cell, reach) = (cell.min(cells - 1), reach_px * CELLS_PER_PX);
+    cell.saturating_sub(reach)..(cell + reach + 1).min(cells)
+}
+
+/// Mass, mean and deviation of a row of cells.
+struct Moments {
+    mass: f64,
+    mean_px: f64,
+    sd_px: f64,
+}
+
+impl Moments {
+    fn of(row: &[f32], cells: Range<usize>) -> Self {
+        let (mut mass, mut first, mut second) = (f64::MIN_POSITIVE, 0.0, 0.0);
+        let origin_px = cells.start as f64 / CELLS_PER_PX as f64;
+        for (i, &p) in row[cells].iter().enumerate() {
+            let (p, d_px) = (f64::from(p), i as f64 / CELLS_PER_PX as f64);
+            mass += p;
+            first += p * d_px;
+            second += p * d_px * d_px;
+        }
+        let mean_px = first / mass;
+        let cell_variance_px2 = 1.0 / (12.0 * (CELLS_PER_PX * CELLS_PER_PX) as f64);
+        let variance_px2 = (second / mass - mean_px * mean_px).max(0.0) + cell_variance_px2;
+        Self { mass, mean_px: origin_px + mean_px, sd_px: variance_px2.sqrt() }
     }
 }
 

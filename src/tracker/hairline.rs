@@ -1,4 +1,5 @@
-//! Tracks a hairline butt joint along the stripe: evidence per column, a grid filter, and the courage to say "none".
+//! Tracks a hairline butt joint along the stripe: evidence per column, a grid filter, and the courage to say "none"
+//! (METHOD.md §6).
 
 use crate::frame::GrayFrame;
 use crate::imgproc::ambient_line::AmbientLine;
@@ -7,23 +8,36 @@ use crate::imgproc::notch_template::NotchTemplate;
 use crate::imgproc::rectify::{Band, StripeRectifier};
 use crate::units::PixelPoint;
 
-use super::grid::{GridEstimate, GridFilter};
+use super::grid::{GridEstimate, GridFilter, LocalObservation};
+use super::grid_smooth::EvidenceRow;
 
-/// Log likelihood ratio of a score, linear: nats a unit of score, and the score that speaks neither way. On both real
-/// scans the score at the seam has its median near 8 (5 % below 3.3 on the worst), that of the best false path on the
-/// same stripes with the seam painted over near 2.7 (5 % above 5.5).
+/// Log likelihood ratio of a notch score, linear: nats a unit of score, and the score that speaks neither way.
+/// Measured on two real scans: at the seam the score's median is near 8 (5 % lie below 3.3 on the worse scan); on the
+/// same stripes with the seam painted over, the best false path's median is 2.7 (5 % lie above 5.5).
 const NATS_PER_SCORE: f32 = 0.8;
 const NEUTRAL_SCORE: f32 = 4.0;
-/// One frame's evidence in one column is worth at least and at most this \[nats\].
-const EVIDENCE_NATS: (f32, f32) = (-3.0, 8.0);
+/// The ambient line speaks for a seam only, as the arc drowns it: nats a unit of its score, from which score on, and
+/// at most (chosen: plain plates score about 0.3, a visible joint 1 to 3).
+const NATS_PER_AMBIENT: f32 = 1.5;
+const AMBIENT_FROM: f32 = 0.5;
+const AMBIENT_NATS: f32 = 3.0;
+/// What the learned template may add \[nats\] (METHOD.md §6.4: capped).
+const TEMPLATE_NATS: (f32, f32) = (-3.0, 5.0);
+/// What one frame may say about one column \[nats\]: no frame alone decides, none rules a place out.
+const FRAME_NATS: (f32, f32) = (-3.0, 8.0);
 /// A column outside the stripe is ruled out \[nats\].
 const OUTSIDE_NATS: f32 = -20.0;
-/// A seam is confirmed when its probability and its place's have been this high for so many frames, and given up when
-/// its probability is this low.
+
+/// A seam is confirmed when the probabilities that it exists, and where, have been this high for so many frames; it is
+/// given up when the first is this low. Painted-over controls stay below 0.02.
 const CONFIRM_PRESENCE: f64 = 0.99;
 const CONFIRM_CONFIDENCE: f64 = 0.9;
 const CONFIRM_FRAMES: u32 = 3;
 const GIVE_UP_PRESENCE: f64 = 0.2;
+/// The template learns where the fixed evidence within 3 px agrees, and no glare is within 8 px (METHOD.md §6.4).
+const LEARN_SCORE: f32 = 3.0;
+const LEARN_REACH_PX: usize = 3;
+const LEARN_HOT_REACH_PX: usize = 8;
 
 /// Whether there is a seam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -39,8 +53,11 @@ pub enum SeamPresence {
 pub struct HairlineEstimate {
     /// Where the seam most likely is: u of the grid's mean, v on the stripe's line.
     pub seam: PixelPoint,
-    /// The grid's full estimate.
+    /// What the grid filter knows after this frame.
     pub grid: GridEstimate,
+    /// This frame's own observation near the seam, nearly independent of the other frames': food for another filter.
+    /// None when this frame says nothing about the place.
+    pub observation: Option<LocalObservation>,
     /// Whether to believe in the seam.
     pub presence: SeamPresence,
 }
@@ -53,7 +70,7 @@ pub struct HairlineTracker {
     ambient: AmbientLine,
     template: NotchTemplate,
     grid: Option<GridFilter>,
-    log_ratio: Vec<f32>,
+    evidence: EvidenceRow,
     convinced_frames: u32,
     confirmed: bool,
 }
@@ -62,62 +79,68 @@ impl HairlineTracker {
     /// Takes the next frame; `None` while no stripe has been seen.
     pub fn step(&mut self, frame: &GrayFrame) -> Option<HairlineEstimate> {
         let width = frame.width_px();
-        let grid = match self.grid.take() {
-            Some(grid) if grid.columns() == width => grid,
-            _ => GridFilter::new(width),
-        };
-        let grid = self.grid.insert(grid);
+        let grid = self.grid.take().filter(|grid| grid.columns() == width);
+        let grid = self.grid.insert(grid.unwrap_or_else(|| GridFilter::new(width)));
         let band = self.rectifier.rectify(frame)?;
         let score = self.notch.score(band);
         let ambient = self.ambient.score(frame, band);
-        let template = self.template.log_ratio(band);
-        let ak: f32 = std::env::var("AK").map_or(1.5, |v| v.parse().unwrap());
-        let tk: f32 = std::env::var("TK").map_or(1.0, |v| v.parse().unwrap());
-        let a0: f32 = std::env::var("A0").map_or(0.5, |v| v.parse().unwrap());
-        fill_log_ratio(&mut self.log_ratio, score, band);
-        for (u, nats) in self.log_ratio.iter_mut().enumerate() {
-            if band.inside.contains(&u) && !band.hot()[u] {
-                *nats = (*nats + ak * (ambient[u] - a0).clamp(0.0, 2.0) + tk * template[u].clamp(-3.0, 5.0)).clamp(EVIDENCE_NATS.0, EVIDENCE_NATS.1);
-            }
-        }
+        fill_evidence(&mut self.evidence, band, score, ambient, self.template.log_ratio(band));
+
         grid.predict(&band.inside);
-        grid.update(&self.log_ratio);
+        grid.update(&self.evidence.log_ratio);
         let estimate = grid.estimate();
+
         let convinced = estimate.presence >= CONFIRM_PRESENCE && estimate.confidence >= CONFIRM_CONFIDENCE;
         self.convinced_frames = if convinced { self.convinced_frames + 1 } else { 0 };
+        let was_confirmed = self.confirmed;
         self.confirmed = self.convinced_frames >= CONFIRM_FRAMES
             || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
-        let near = estimate.u_px.round() as usize;
-        let near = near.saturating_sub(8)..(near + 9).min(width);
-        let fixed = score[near.start + 5..near.end.saturating_sub(5).max(near.start+6)].iter().fold(0.0_f32, |a, &b| a.max(b));
-        if convinced && fixed > 3.0 && !band.hot()[near].contains(&true) {
+        if was_confirmed && !self.confirmed {
+            self.template.forget();
+        }
+        if convinced && may_learn(band, score, estimate.u_px) {
             self.template.learn(estimate.u_px);
         }
         Some(HairlineEstimate {
             seam: PixelPoint::new(estimate.u_px, band.line.v_px(estimate.u_px)),
             grid: estimate,
+            observation: grid.local_observation(estimate.u_px),
             presence: if self.confirmed { SeamPresence::Present } else { SeamPresence::Seeking },
         })
     }
 
-    /// The last frame's evidence, one log likelihood ratio a column \[nats\].
+    /// The last frame's evidence, to be kept for [`super::grid_smooth::smooth`].
     #[must_use]
-    pub fn log_ratio(&self) -> &[f32] {
-        &self.log_ratio
+    pub const fn evidence(&self) -> &EvidenceRow {
+        &self.evidence
     }
 }
 
-fn fill_log_ratio(log_ratio: &mut Vec<f32>, score: &[f32], band: &Band) {
-    log_ratio.clear();
-    log_ratio.extend(score.iter().map(|s| {
-        let (least, most) = EVIDENCE_NATS;
-        (NATS_PER_SCORE * (s - NEUTRAL_SCORE)).clamp(least, most)
-    }));
-    for (u, nats) in log_ratio.iter_mut().enumerate() {
+/// The three witnesses' log likelihood ratios, summed and limited.
+fn fill_evidence(evidence: &mut EvidenceRow, band: &Band, score: &[f32], ambient: &[f32], template: &[f32]) {
+    evidence.inside = band.inside.clone();
+    evidence.log_ratio.clear();
+    evidence.log_ratio.extend((0..band.width_px()).map(|u| {
         if !band.inside.contains(&u) {
-            *nats = OUTSIDE_NATS;
-        } else if band.hot()[u] {
-            *nats = nats.min(0.0);
+            return OUTSIDE_NATS;
         }
-    }
+        let notch = (NATS_PER_SCORE * (score[u] - NEUTRAL_SCORE)).clamp(FRAME_NATS.0, FRAME_NATS.1);
+        if band.hot()[u] {
+            // Glare can look like a seam and can hide one.
+            return notch.min(0.0);
+        }
+        let ambient = (NATS_PER_AMBIENT * (ambient[u] - AMBIENT_FROM)).clamp(0.0, AMBIENT_NATS);
+        let template = template[u].clamp(TEMPLATE_NATS.0, TEMPLATE_NATS.1);
+        (notch + ambient + template).clamp(FRAME_NATS.0, FRAME_NATS.1)
+    }));
+}
+
+/// Whether the fixed evidence agrees with the place, and no glare is near.
+fn may_learn(band: &Band, score: &[f32], u_px: f64) -> bool {
+    let near = |reach: usize| {
+        let u = (u_px.round() as usize).min(band.width_px() - 1);
+        u.saturating_sub(reach)..(u + reach + 1).min(band.width_px())
+    };
+    score[near(LEARN_REACH_PX)].iter().any(|&score| score > LEARN_SCORE)
+        && !band.hot()[near(LEARN_HOT_REACH_PX)].contains(&true)
 }

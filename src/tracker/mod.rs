@@ -116,4 +116,5 @@ pub fn roi(estimate: &Estimate) -> Option<SeamRoi> {
     estimate.seam.map(|seam| SeamRoi::du_2022(seam.centre))
 }
 pub mod grid;
+pub mod grid_smooth;
 pub mod hairline;

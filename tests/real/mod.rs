@@ -1,5 +1,7 @@
 //! Real recordings for tests, reached through `SEAMTRACK_REAL_DATA`; they are not part of the repository.
 
+pub mod paint;
+
 use std::path::{Path, PathBuf};
 
 use seamtrack::frame::GrayFrame;
