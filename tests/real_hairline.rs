@@ -2,7 +2,7 @@
 
 mod real;
 
-use seamtrack::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
+use seamtrack::tracker::{HairlineEstimate, HairlineTracker, SeamPresence};
 
 #[test]
 fn look() {
@@ -34,7 +34,7 @@ fn look() {
             }
         }
         let started2 = std::time::Instant::now();
-        let smoothed = seamtrack::tracker::grid_smooth::smooth(&rows);
+        let smoothed = seamtrack::tracker::smooth(&rows);
         let ms = started2.elapsed().as_secs_f64() * 1e3 / rows.len() as f64;
         let mut it = smoothed.iter();
         let mut current = smoothed[0];
@@ -71,6 +71,70 @@ fn controls() {
                 n += 1;
             }
             println!("control {name} {paint:?}: most {most:.4}, present on {present} of {n}");
+        }
+    }
+}
+
+#[test]
+fn arcs() {
+    let Some(folder) = real::folder() else { return };
+    let seed: u64 = std::env::var("SEED").map_or(1, |v| v.parse().unwrap());
+    for name in ["abb-butt-scan1", "abb-butt-scan4"] {
+        let shots = real::scan(&folder, name);
+        for level in ["mild", "medium", "severe"] {
+            let mut scenario = seamtrack::synth::builtin::scenario(&format!("hairline-{level}")).unwrap();
+            scenario.image.stripe = seamtrack::units::StripeAxis::Horizontal;
+            (scenario.image.width_px, scenario.image.height_px) = (448, 384);
+            scenario.path.clear();
+            scenario.recorder.repeated = 0.0;
+            scenario.frames = shots.len();
+            let scene = seamtrack::synth::Scene::new(&scenario, seed).unwrap();
+            for paint in [None, Some(real::paint::Paint::Mirrored)] {
+                let mut tracker = HairlineTracker::default();
+                let mut last: Option<HairlineEstimate> = None;
+                let (mut sum, mut n, mut worst, mut wrong, mut most) = (0.0, 0, 0.0_f64, 0, 0.0_f64);
+                let (mut visible, mut tick, mut hot) = (0, 0, 0);
+                let mut rows = Vec::new();
+                for shot in &shots {
+                    if paint.is_some() && shot.reference_px.is_none() { continue }
+                    if !shot.repeated {
+                        let frame = match paint { None => shot.frame.clone(), Some(paint) => real::paint::without_seam(&shot.frame, shot.reference_px.unwrap(), paint) };
+                        let frame = scene.composite(tick, &frame);
+                        if std::env::var_os("V").is_some() && shot.number % 30 == 11 {
+                            image::GrayImage::from_raw(448, 384, frame.pixels().to_vec()).unwrap().save(format!("/tmp/hl/arc_{level}_{name}_{}.png", shot.number)).unwrap();
+                        }
+                        tick += 1;
+                        last = tracker.step(&frame);
+                        rows.push(tracker.evidence().clone());
+                    }
+                    let Some(e) = last else { continue };
+                    most = most.max(e.grid.presence);
+                    visible += u32::from(shot.reference_px.is_some());
+                    if e.presence == SeamPresence::Present && let Some(r) = shot.reference_px {
+                        let error = e.seam.u_px - r;
+                        sum += error.abs();
+                        n += 1;
+                        worst = worst.max(error.abs());
+                        wrong += u32::from(error.abs() > 10.0);
+                    }
+                    if std::env::var_os("V").is_some() && paint.is_none() {
+                        println!("A {level} {name} {:3} u {:7.2} sd {:.2} conf {:.3} P {:.4} {:?} err {:?}", shot.number, e.seam.u_px, e.grid.sd_px, e.grid.confidence, e.grid.presence, e.presence, shot.reference_px.map(|r| ((e.seam.u_px - r)*100.).round()/100.));
+                    }
+                }
+                if paint.is_none() {
+                    let smoothed = seamtrack::tracker::smooth(&rows);
+                    let mut it = smoothed.iter();
+                    let mut current = smoothed[0];
+                    let (mut ssum, mut sn, mut sworst) = (0.0, 0, 0.0_f64);
+                    for shot in &shots {
+                        if !shot.repeated { current = *it.next().unwrap(); }
+                        if let Some(r) = shot.reference_px { ssum += (current.u_px - r).abs(); sn += 1; sworst = sworst.max((current.u_px - r).abs()); }
+                    }
+                    println!("ARC {name} {level}: mean {:.2} worst {worst:.2} wrong {wrong} on {n} of {visible}; smoothed mean {:.2} worst {sworst:.2}", sum / n as f64, ssum / sn as f64);
+                } else {
+                    println!("ARC {name} {level} control: most {most:.4}, present on {n} of {visible}");
+                }
+            }
         }
     }
 }

@@ -2,10 +2,7 @@
 //! (METHOD.md §6).
 
 use crate::frame::GrayFrame;
-use crate::imgproc::ambient_line::AmbientLine;
-use crate::imgproc::notch::NotchEvidence;
-use crate::imgproc::notch_template::NotchTemplate;
-use crate::imgproc::rectify::{Band, StripeRectifier};
+use crate::imgproc::{AmbientLine, Band, NotchEvidence, NotchTemplate, StripeRectifier};
 use crate::units::PixelPoint;
 
 use super::grid::{GridEstimate, GridFilter, LocalObservation};

@@ -3,10 +3,16 @@
 //! A step is a pure call without I/O: [`Tracker::step`] takes a frame and its time stamp and gives an [`Estimate`].
 
 mod estimate;
+mod grid;
+mod grid_smooth;
+mod hairline;
 mod orientation;
 mod paper;
 
 pub use estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+pub use grid::{GridEstimate, GridFilter, LocalObservation};
+pub use grid_smooth::{EvidenceRow, smooth};
+pub use hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 pub use orientation::find_axis;
 pub use paper::{PaperSettings, PaperTracker};
 
@@ -115,6 +121,3 @@ impl Tracker {
 pub fn roi(estimate: &Estimate) -> Option<SeamRoi> {
     estimate.seam.map(|seam| SeamRoi::du_2022(seam.centre))
 }
-pub mod grid;
-pub mod grid_smooth;
-pub mod hairline;

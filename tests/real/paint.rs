@@ -1,7 +1,7 @@
 //! Seam-free controls: the seam of a real frame painted over with what is beside it.
 
 use seamtrack::frame::GrayFrame;
-use seamtrack::imgproc::stripe_line::StripeLineFinder;
+use seamtrack::imgproc::StripeLineFinder;
 
 /// How the stripe goes on across the place of the seam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
