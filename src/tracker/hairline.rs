@@ -30,7 +30,7 @@ const OUTSIDE_NATS: f32 = -20.0;
 const CONFIRM_PRESENCE: f64 = 0.99;
 const CONFIRM_CONFIDENCE: f64 = 0.9;
 const CONFIRM_FRAMES: u32 = 3;
-const GIVE_UP_PRESENCE: f64 = 0.2;
+const GIVE_UP_PRESENCE: f64 = 0.05;
 /// The template learns where the fixed evidence within 3 px agrees, and no glare is within 8 px (METHOD.md §6.4).
 const LEARN_SCORE: f32 = 3.0;
 const LEARN_REACH_PX: usize = 3;
@@ -115,20 +115,22 @@ impl HairlineTracker {
 
 /// The three witnesses' log likelihood ratios, summed and limited.
 fn fill_evidence(evidence: &mut EvidenceRow, band: &Band, score: &[f32], ambient: &[f32], template: &[f32]) {
+    let p = [k("NEUTRAL", 2.5), k("EPS", 0.3), k("CAP", 4.0), k("GAIN", 0.8), k("LOW", -3.0)];
     evidence.inside = band.inside.clone();
     evidence.log_ratio.clear();
     evidence.log_ratio.extend((0..band.width_px()).map(|u| {
         if !band.inside.contains(&u) {
             return OUTSIDE_NATS;
         }
-        let notch = (NATS_PER_SCORE * (score[u] - NEUTRAL_SCORE)).clamp(FRAME_NATS.0, FRAME_NATS.1);
+        let notch = (p[3] * (score[u] - p[0])).clamp(p[4], p[2]);
         if band.hot()[u] {
             // Glare can look like a seam and can hide one.
             return notch.min(0.0);
         }
         let ambient = (NATS_PER_AMBIENT * (ambient[u] - AMBIENT_FROM)).clamp(0.0, AMBIENT_NATS);
         let template = template[u].clamp(TEMPLATE_NATS.0, TEMPLATE_NATS.1);
-        (notch + ambient + template).clamp(FRAME_NATS.0, FRAME_NATS.1)
+        let x = (notch + ambient + template).clamp(-20.0, p[2]);
+        if p[1] > 0.0 { ((1.0 - p[1]) * x.exp() + p[1]).ln() } else { x.max(-3.0) }
     }));
 }
 
@@ -141,3 +143,6 @@ fn may_learn(band: &Band, score: &[f32], u_px: f64) -> bool {
     score[near(LEARN_REACH_PX)].iter().any(|&score| score > LEARN_SCORE)
         && !band.hot()[near(LEARN_HOT_REACH_PX)].contains(&true)
 }
+
+/// dev
+pub fn k(name: &str, default: f32) -> f32 { std::env::var(name).map_or(default, |v| v.parse().unwrap_or(default)) }
