@@ -2,11 +2,22 @@
 //!
 //! Everything here sees a horizontal stripe: a vertical one is transposed before it comes here.
 
+mod ambient_line;
+mod box_filter;
 mod centreline;
 mod cv;
 mod features;
 pub mod geometry;
+mod notch;
+mod notch_template;
+mod rectify;
+mod stripe_line;
 
+pub use ambient_line::AmbientLine;
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
 pub use cv::{MedianError, MedianKernel, median};
 pub use features::{SeamFeatures, SeamRoi, SeedSettings, find as find_seam_features};
+pub use notch::NotchEvidence;
+pub use notch_template::NotchTemplate;
+pub use rectify::{BAND_HALF_PX, BAND_ROWS, Band, StripeRectifier};
+pub use stripe_line::{StripeLine, StripeLineFinder};

@@ -142,7 +142,7 @@ impl Scene {
     #[must_use]
     pub fn render(&self, frame: usize) -> GrayFrame {
         let moment = &self.timeline.moments[frame];
-        let (s, d) = (&self.drawn.scenario, &self.drawn.disturbances);
+        let s = &self.drawn.scenario;
         let tick = moment.tick;
         let joint = self.joint_at(moment);
         let mut canvas = Canvas::filled(self.along_px, self.across_px, s.sensor.background_grey as f32);
@@ -158,18 +158,47 @@ impl Scene {
         );
         Illumination { stripe: &s.stripe, centre_px: self.stripe_centre_px, tick, seed: self.seed }
             .paint(&branches, &mut canvas);
-        add_smoke(&d.smoke, moment.opacity, moment.flicker, self.seed, tick, &mut canvas);
-        if let Some(number) = moment.cover {
-            let seam = self.seam_in_stripe_frame(moment);
-            add_cover(d.covers.half_width_px, number, seam, self.seed, tick, &mut canvas);
-        }
-        self.arc.add_glare(moment.flicker, &mut canvas);
-        if moment.flicker > 0.0 {
-            add_spatter(&d.spatter, moment.burst, self.arc.position, self.seed, tick, &mut canvas);
-        }
+        self.disturb(moment, &mut canvas);
         expose(&s.sensor, moment.exposure, &mut canvas);
         #[expect(clippy::expect_used, reason = "a checked scenario's image has pixels")]
         read_out(&s.sensor, self.axis(), self.seed, tick, &canvas).expect("the canvas has pixels")
+    }
+
+    /// A recorded `image` as it would look in the arc, smoke and spatter of this scene's `frame`, the image's border
+    /// continued where the scene is larger. The seam and covers stay the image's own.
+    ///
+    /// # Panics
+    /// When `frame` is not below [`Self::frame_count`].
+    #[must_use]
+    pub fn composite(&self, frame: usize, image: &GrayFrame) -> GrayFrame {
+        let moment = &self.timeline.moments[frame];
+        let axis = self.axis();
+        let mut canvas = Canvas::filled(self.along_px, self.across_px, 0.0);
+        canvas.change(|along, across, light| {
+            let (u, v) = match axis {
+                StripeAxis::Horizontal => (along, across),
+                StripeAxis::Vertical => (across, along),
+            };
+            *light = f32::from(image.at_clamped(u as isize, v as isize));
+        });
+        self.disturb(&Moment { cover: None, ..moment.clone() }, &mut canvas);
+        expose(&self.drawn.scenario.sensor, moment.exposure, &mut canvas);
+        #[expect(clippy::expect_used, reason = "a checked scenario's image has pixels")]
+        read_out(&self.drawn.scenario.sensor, axis, self.seed, moment.tick, &canvas).expect("the canvas has pixels")
+    }
+
+    /// Smoke, cover, glare and spatter over what is on the canvas.
+    fn disturb(&self, moment: &Moment, canvas: &mut Canvas) {
+        let (d, tick) = (&self.drawn.disturbances, moment.tick);
+        add_smoke(&d.smoke, moment.opacity, moment.flicker, self.seed, tick, canvas);
+        if let Some(number) = moment.cover {
+            let seam = self.seam_in_stripe_frame(moment);
+            add_cover(d.covers.half_width_px, number, seam, self.seed, tick, canvas);
+        }
+        self.arc.add_glare(moment.flicker, canvas);
+        if moment.flicker > 0.0 {
+            add_spatter(&d.spatter, moment.burst, self.arc.position, self.seed, tick, canvas);
+        }
     }
 
     /// How much of the recording has passed, 0 to 1.

@@ -3,11 +3,17 @@
 //! A step is a pure call without I/O: [`Tracker::step`] takes a frame and its time stamp and gives an [`Estimate`].
 
 mod estimate;
+mod grid;
+mod grid_smooth;
+mod hairline;
 mod orientation;
 mod paper;
 mod robust;
 
 pub use estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+pub use grid::{GridEstimate, GridFilter, LocalObservation};
+pub use grid_smooth::{EvidenceRow, smooth};
+pub use hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 pub use orientation::find_axis;
 pub use paper::{PaperSettings, PaperTracker};
 pub use robust::{RobustSettings, RobustTracker};
