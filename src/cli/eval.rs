@@ -5,9 +5,10 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use seamtrack::eval::{Errors, Estimate, errors, read_truth};
-use seamtrack::report::results::{Estimator, PathRow, read_path_csv};
+use seamtrack::eval::{Errors, read_truth};
+use seamtrack::report::results::{Estimator, read_path_csv};
 use seamtrack::report::summary::{Calibration, ErrorTable, read_summary};
+use seamtrack::run::error_table;
 use seamtrack::units::{MmPerPx, StripeAxis};
 
 /// Compare a path with a truth: errors in millimetres along the stripe.
@@ -42,28 +43,12 @@ impl Eval {
         let rows = read_path_csv(&self.path)?;
         let truth = read_truth(&self.truth)?;
         let (scale, axis) = self.scale_and_axis()?;
-        let mut truth_px = vec![None; rows.len()];
-        for row in &truth {
-            // A truth may be longer than the path, when only a part was tracked.
-            if let Some(place) = truth_px.get_mut(row.frame) {
-                *place = row.along_px(axis);
-            }
-        }
-        if truth_px.iter().all(Option::is_none) {
+        let Some(table) = error_table(&rows, &truth, axis, scale) else {
             bail!(
                 "{} gives no position along the {axis} stripe for any frame of {}; check --stripe",
                 self.truth.display(),
                 self.path.display()
             );
-        }
-        let of = |estimator| {
-            let estimates: Vec<_> = rows.iter().map(|row| estimate(row, estimator, axis, scale)).collect();
-            errors(&estimates, &truth_px, scale)
-        };
-        let table = ErrorTable {
-            kcf: of(Estimator::Kcf),
-            filtered: of(Estimator::Filtered),
-            smoothed: of(Estimator::Smoothed),
         };
         if self.json {
             println!("{}", serde_json::to_string_pretty(&table)?);
@@ -87,16 +72,6 @@ impl Eval {
             .calibration;
         Ok((self.mm_per_px.unwrap_or(mm_per_px), axis.unwrap_or(stripe)))
     }
-}
-
-fn estimate(row: &PathRow, estimator: Estimator, axis: StripeAxis, scale: MmPerPx) -> Option<Estimate> {
-    let std_mm = match estimator {
-        Estimator::Kcf => None,
-        Estimator::Filtered => row.x_std_mm,
-        Estimator::Smoothed => row.smooth_x_std_mm,
-    };
-    let position_px = row.along_px(estimator, axis)?;
-    Some(Estimate { position_px, std_px: std_mm.map(|std_mm| std_mm / scale.get()) })
 }
 
 fn print_table(table: &ErrorTable) {

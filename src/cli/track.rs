@@ -10,9 +10,16 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use seamtrack::calib::Origin;
 use seamtrack::config::{Config, Joint, Preset, Stripe};
+use seamtrack::eval::read_truth;
+use seamtrack::report::export::{Exports, write_exports};
+use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
+use seamtrack::report::run::Run;
 use seamtrack::report::summary::write_summary;
-use seamtrack::run::{RunOutcome, Seen};
+use seamtrack::report::terminal::{Colour, terminal_summary};
+use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
+use seamtrack::run::{RunOutcome, Seen, error_table};
+use seamtrack::source::SizeCheck;
 use seamtrack::units::{MmPerPx, PixelPoint};
 
 /// Find the seam in each frame of a recording and estimate its path in millimetres
@@ -57,6 +64,12 @@ pub struct Track {
     /// The true path (frame,u_px,v_px,x_mm,occluded), to report errors against
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
+    /// Also draw the recording with its marks: a folder of PNG files, or a video
+    #[arg(long, value_name = "DIR|FILE.mp4")]
+    overlay: Option<PathBuf>,
+    /// Also write the paths as TUM trajectories (for evo)
+    #[arg(long)]
+    tum: bool,
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
     #[arg(long, value_name = "PCT", default_value_t = 5.0)]
     max_unavailable: f64,
@@ -159,15 +172,18 @@ impl Track {
 
     /// Tracks one recording; whether the seam was available often enough.
     fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<bool> {
+        let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, read_truth(file)?))).transpose()?;
         let source = seamtrack::source::open(&job.input, config.period_s)?;
         std::fs::create_dir_all(&job.output)
             .with_context(|| format!("cannot make the folder {}", job.output.display()))?;
         let kind = source.kind();
         let progress = self.progress(source.frame_count(), alone);
+        let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
         let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
-            if let Err(error) = seen.picture {
-                progress.suspend(|| eprintln!("seamtrack: frame {}: {error}", seen.number));
+            match seen.picture {
+                Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
+                Err(error) => progress.suspend(|| eprintln!("seamtrack: frame {}: {error}", seen.row.frame)),
             }
             if self.trace {
                 trace.push(trace_line(seen));
@@ -176,13 +192,38 @@ impl Track {
         });
         progress.finish_and_clear();
         let outcome = outcome.with_context(|| job.input.display().to_string())?;
-        let errors = None;
+
+        let errors = match (&truth, outcome.axis) {
+            (Some((file, truth)), Some(axis)) => {
+                let table = error_table(&outcome.rows, truth, axis, config.mm_per_px);
+                Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
+            }
+            _ => None,
+        };
         let input = job.input.to_string_lossy();
         let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
         write_path_csv(&job.output.join("path.csv"), &outcome.rows)?;
         write_summary(&job.output.join("summary.json"), &summary)?;
+        let truth_copy = job.output.join(seamtrack::report::truth::FILE_NAME);
+        match &truth {
+            Some((file, _)) => keep_copy(file, &truth_copy)?,
+            None if truth_copy.exists() => std::fs::remove_file(&truth_copy)?,
+            None => {}
+        }
         if self.trace {
             write_trace(&job.output.join("trace.csv"), &trace)?;
+        }
+        thumbnails.write(&job.output)?;
+        let run = Run::read(&job.output)?;
+        write_exports(&run, Exports { tum: self.tum, ..Exports::default() })?;
+        if let Some(overlay) = &self.overlay {
+            let target = if alone { overlay.clone() } else { overlay.join(name_of(&job.input)) };
+            draw_overlay(&job.input, &target, config, &outcome)?;
+        }
+        if !self.quiet {
+            let colour = Colour::for_stdout();
+            print!("{}", terminal_summary(&run, colour));
+            println!("results: {}", job.output.join("report.html").display());
         }
         Ok(100.0 * outcome.unavailable_frames() as f64 <= self.max_unavailable * outcome.rows.len() as f64)
     }
@@ -195,6 +236,27 @@ impl Track {
         let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {per_sec}, {eta} left");
         bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     }
+}
+
+/// Reads the recording a second time and draws the finished path into it.
+fn draw_overlay(input: &Path, target: &Path, config: &Config, outcome: &RunOutcome) -> anyhow::Result<()> {
+    let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
+    let mut source = seamtrack::source::open(input, config.period_s)?;
+    let mut sizes = SizeCheck::default();
+    for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+        let Some(frame) = source.next_frame() else { break };
+        if let Ok(picture) = sizes.admit(frame).picture {
+            writer.add(&picture, row, marks)?;
+        }
+    }
+    Ok(writer.finish()?)
+}
+
+/// The truth beside the results, for the report; nothing to do when it lies there already.
+fn keep_copy(from: &Path, to: &Path) -> anyhow::Result<()> {
+    let bytes = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
+    seamtrack::report::atomic::write_atomically(to, |file| std::io::Write::write_all(file, &bytes))?;
+    Ok(())
 }
 
 fn exit_code(available: bool) -> ExitCode {
@@ -248,7 +310,7 @@ fn trace_line(seen: &Seen<'_>) -> [String; 3] {
         None => ("unreadable", None),
         Some(estimate) => (estimate.observation.name(), estimate.nis),
     };
-    [seen.number.to_string(), observation.into(), nis.map(|nis| format!("{nis:.4}")).unwrap_or_default()]
+    [seen.row.frame.to_string(), observation.into(), nis.map(|nis| format!("{nis:.4}")).unwrap_or_default()]
 }
 
 fn write_trace(path: &Path, lines: &[[String; 3]]) -> anyhow::Result<()> {

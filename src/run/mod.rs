@@ -1,34 +1,39 @@
 //! A recording through the tracker: frames in, rows of `path.csv` out.
 
+mod rows;
+mod score;
 mod summarise;
-
-pub use summarise::summarise;
 
 use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
+pub use score::error_table;
+pub use summarise::summarise;
+
+use self::rows::{fill_smoothed, row};
 use crate::calib::{Origin, ScaleCalibration};
 use crate::config::{Config, ConfigError};
 use crate::frame::GrayFrame;
+use crate::report::marks::FrameMarks;
 use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
-use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck};
-use crate::tracker::{Estimate, Status, Tracker, TrackerError};
-use crate::units::{PixelPoint, StripeAxis};
+use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
+use crate::tracker::{Estimate, Tracker, TrackerError};
+use crate::units::StripeAxis;
 
 /// Frames that are decoded ahead of the tracker.
 const DECODED_AHEAD: usize = 8;
 
-/// What the tracker saw in one frame, for those who watch a run.
+/// One frame of a run, for those who watch it.
 pub struct Seen<'a> {
-    /// Number of the frame, from 0.
-    pub number: usize,
-    /// Name of its file.
-    pub file: &'a str,
+    /// Its row; the smoothed columns come at the end of the run.
+    pub row: &'a PathRow,
     /// The picture, or why it could not be read.
     pub picture: Result<&'a GrayFrame, &'a FrameError>,
     /// The tracker's estimate, if there was a picture.
     pub estimate: Option<&'a Estimate>,
+    /// What overlays show.
+    pub marks: &'a FrameMarks,
 }
 
 /// A run's results.
@@ -36,6 +41,8 @@ pub struct Seen<'a> {
 pub struct RunOutcome {
     /// One row a frame.
     pub rows: Vec<PathRow>,
+    /// What overlays show, one a frame.
+    pub marks: Vec<FrameMarks>,
     /// Columns and rows of the frames.
     pub size_px: (usize, usize),
     /// Which way the stripe runs, if one was seen.
@@ -93,8 +100,8 @@ pub fn track(
     origin: Origin,
     mut watch: impl FnMut(&Seen<'_>),
 ) -> Result<RunOutcome, RunError> {
-    let mut run = Run::new(Tracker::new(&config.method()?, config.stripe.axis(), config.seed_at())?);
-    run.sixteen_bit_scale = source.sixteen_bit_scale();
+    let mut run = Run::new(config, origin)?;
+    let sixteen_bit_scale = source.sixteen_bit_scale();
     let started = Instant::now();
     std::thread::scope(|scope| -> Result<(), RunError> {
         let (send, receive) = sync_channel(DECODED_AHEAD);
@@ -109,160 +116,129 @@ pub fn track(
         });
         for (frame, decoding) in receive {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);
-            let frame = run.sizes.admit(frame);
-            let number = run.records.len();
-            let estimate = run.step(frame.time_s, frame.picture.as_ref().ok())?;
-            watch(&Seen { number, file: &frame.file, picture: frame.picture.as_ref(), estimate: estimate.as_ref() });
-            if let (Err(error), None) = (&frame.picture, &run.first_error) {
-                run.first_error = Some(error.to_string());
-            }
-            run.records.push(Record { file: frame.file, time_s: frame.time_s, estimate });
+            run.step(frame, &mut watch)?;
         }
         Ok(())
     })?;
-    run.finish(config, origin, started.elapsed().as_secs_f64())
-}
-
-/// What is kept of a frame until the run's end; without an estimate where it could not be read.
-struct Record {
-    file: String,
-    time_s: f64,
-    estimate: Option<Estimate>,
+    let mut outcome = run.finish(started.elapsed().as_secs_f64())?;
+    outcome.sixteen_bit_scale = sixteen_bit_scale;
+    Ok(outcome)
 }
 
 /// A run under way.
-struct Run {
+struct Run<'a> {
+    config: &'a Config,
+    origin: Origin,
     tracker: Tracker,
     sizes: SizeCheck,
-    records: Vec<Record>,
+    calibration: Option<ScaleCalibration>,
+    rows: Vec<PathRow>,
+    marks: Vec<FrameMarks>,
     counts: FrameCounts,
     decode_ms: Vec<f64>,
     track_ms: Vec<f64>,
     first_error: Option<String>,
-    sixteen_bit_scale: Option<SixteenBitScale>,
 }
 
-impl Run {
-    fn new(tracker: Tracker) -> Self {
-        Self {
+impl<'a> Run<'a> {
+    fn new(config: &'a Config, origin: Origin) -> Result<Self, RunError> {
+        let tracker = Tracker::new(&config.method()?, config.stripe.axis(), config.seed_at())?;
+        Ok(Self {
+            config,
+            origin,
             tracker,
             sizes: SizeCheck::default(),
-            records: vec![],
+            calibration: None,
+            rows: vec![],
+            marks: vec![],
             counts: FrameCounts::default(),
             decode_ms: vec![],
             track_ms: vec![],
             first_error: None,
-            sixteen_bit_scale: None,
-        }
+        })
     }
 
-    fn step(&mut self, time_s: f64, picture: Option<&GrayFrame>) -> Result<Option<Estimate>, RunError> {
-        self.counts.total += 1;
-        let Some(picture) = picture else {
-            self.tracker.miss(time_s)?;
-            self.counts.unreadable += 1;
-            return Ok(None);
+    fn step(&mut self, frame: SourceFrame, watch: &mut impl FnMut(&Seen<'_>)) -> Result<(), RunError> {
+        let SourceFrame { file, time_s, picture } = self.sizes.admit(frame);
+        let estimate = match &picture {
+            Err(error) => {
+                self.first_error.get_or_insert_with(|| error.to_string());
+                self.tracker.miss(time_s)?;
+                None
+            }
+            Ok(picture) => {
+                let began = Instant::now();
+                let estimate = self.tracker.step(picture, time_s)?;
+                self.track_ms.push(began.elapsed().as_secs_f64() * 1e3);
+                Some(estimate)
+            }
         };
-        let began = Instant::now();
-        let estimate = self.tracker.step(picture, time_s)?;
-        self.track_ms.push(began.elapsed().as_secs_f64() * 1e3);
-        match estimate.status {
-            Status::Seeking => self.counts.seeking += 1,
-            Status::Tracked => self.counts.tracked += 1,
-            Status::Coasting => self.counts.coasting += 1,
-            Status::Lost => self.counts.lost += 1,
-        }
-        self.counts.repeated += usize::from(estimate.repeated);
-        self.counts.saturated += usize::from(is_saturated(picture));
-        Ok(Some(estimate))
+        self.calibrate(estimate.as_ref());
+        let axis = self.tracker.axis().unwrap_or(StripeAxis::Horizontal);
+        let row = row(self.rows.len(), file, time_s, estimate.as_ref(), axis, self.calibration);
+        let marks = rows::marks(estimate.as_ref());
+        self.count(row.status, estimate.as_ref(), picture.as_ref().ok());
+        watch(&Seen { row: &row, picture: picture.as_ref(), estimate: estimate.as_ref(), marks: &marks });
+        self.rows.push(row);
+        self.marks.push(marks);
+        Ok(())
     }
 
-    fn finish(self, config: &Config, origin: Origin, elapsed_s: f64) -> Result<RunOutcome, RunError> {
-        let Some(size_px) = self.sizes.size_px() else {
-            let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
-            return Err(RunError::NothingReadable { frames: self.records.len(), first });
+    /// Sets the origin once it is known.
+    fn calibrate(&mut self, estimate: Option<&Estimate>) {
+        let (None, Some(axis), Some(size_px)) = (self.calibration, self.tracker.axis(), self.sizes.size_px()) else {
+            return;
         };
-        let axis = self.tracker.axis();
-        let along = axis.unwrap_or(StripeAxis::Horizontal);
-        let seam = |record: &Record| record.estimate.and_then(|estimate| estimate.seam);
-        let confirmed_at = self.records.iter().position(|record| seam(record).is_some());
-        let length_px = match along {
+        let length_px = match axis {
             StripeAxis::Horizontal => size_px.0,
             StripeAxis::Vertical => size_px.1,
         };
-        let origin_px = match origin {
-            Origin::First => {
-                confirmed_at.and_then(|frame| seam(&self.records[frame])).map(|s| along.along_px(s.centre))
-            }
+        let origin_px = match self.origin {
+            Origin::First => estimate.and_then(|e| e.seam).map(|seam| axis.along_px(seam.centre)),
             Origin::Centre => Some((length_px as f64 - 1.0) / 2.0),
             Origin::At(px) => Some(px),
         };
-        let calibration = origin_px.map(|origin_px| ScaleCalibration { mm_per_px: config.mm_per_px, origin_px });
-        let frames_per_second = self.records.len() as f64 / elapsed_s.max(1e-9);
-        let rows = self.records.into_iter().enumerate();
-        let mut rows: Vec<PathRow> = rows.map(|(number, record)| row(number, record, along, calibration)).collect();
-        if let Some(calibration) = calibration {
-            fill_smoothed(&mut rows, &self.tracker.smoothed()?, along, calibration);
+        self.calibration = origin_px.map(|px| ScaleCalibration { mm_per_px: self.config.mm_per_px, origin_px: px });
+    }
+
+    fn count(&mut self, status: RowStatus, estimate: Option<&Estimate>, picture: Option<&GrayFrame>) {
+        let counts = &mut self.counts;
+        counts.total += 1;
+        match status {
+            RowStatus::Seeking => counts.seeking += 1,
+            RowStatus::Tracked => counts.tracked += 1,
+            RowStatus::Coasting => counts.coasting += 1,
+            RowStatus::Lost => counts.lost += 1,
+            RowStatus::Unreadable => counts.unreadable += 1,
+        }
+        counts.repeated += usize::from(estimate.is_some_and(|e| e.repeated));
+        counts.saturated += usize::from(picture.is_some_and(is_saturated));
+    }
+
+    fn finish(mut self, elapsed_s: f64) -> Result<RunOutcome, RunError> {
+        let Some(size_px) = self.sizes.size_px() else {
+            let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
+            return Err(RunError::NothingReadable { frames: self.rows.len(), first });
+        };
+        let axis = self.tracker.axis();
+        if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
+            fill_smoothed(&mut self.rows, &self.tracker.smoothed()?, axis, calibration);
         }
         Ok(RunOutcome {
             size_px,
             axis,
-            calibration,
+            calibration: self.calibration,
+            confirmed_at: self.rows.iter().position(|row| row.u_px.is_some()),
             timing: Timing {
                 decode_ms: Percentiles::of(&self.decode_ms),
                 track_ms: Percentiles::of(&self.track_ms),
-                frames_per_second,
+                frames_per_second: self.rows.len() as f64 / elapsed_s.max(1e-9),
             },
             counts: self.counts,
-            rows,
-            sixteen_bit_scale: self.sixteen_bit_scale,
-            confirmed_at,
+            rows: self.rows,
+            marks: self.marks,
+            sixteen_bit_scale: None,
         })
-    }
-}
-
-fn row(number: usize, record: Record, along: StripeAxis, calibration: Option<ScaleCalibration>) -> PathRow {
-    let Record { file, time_s, estimate: Some(estimate) } = record else {
-        return PathRow::empty(number, record.file, record.time_s, RowStatus::Unreadable);
-    };
-    let status = match estimate.status {
-        Status::Seeking => RowStatus::Seeking,
-        Status::Tracked => RowStatus::Tracked,
-        Status::Coasting => RowStatus::Coasting,
-        Status::Lost => RowStatus::Lost,
-    };
-    let (kcf, seam) = (estimate.kcf, estimate.seam);
-    PathRow {
-        kcf_u_px: kcf.map(|k| k.peak.u_px),
-        kcf_v_px: kcf.map(|k| k.peak.v_px),
-        psr: kcf.map(|k| k.psr),
-        template_updated: kcf.is_some_and(|k| k.template_updated),
-        u_px: seam.map(|s| s.centre.u_px),
-        v_px: seam.map(|s| s.centre.v_px),
-        x_mm: seam.zip(calibration).map(|(s, c)| c.mm_from_px(along.along_px(s.centre))),
-        x_std_mm: seam.zip(calibration).map(|(s, c)| s.std_px * c.mm_per_px.get()),
-        nis: estimate.nis,
-        ..PathRow::empty(number, file, time_s, status)
-    }
-}
-
-/// Writes the smoothed path into the rows. Across the stripe nothing is smoothed: the last row seen stands there.
-fn fill_smoothed(
-    rows: &mut [PathRow],
-    smoothed: &[Option<(f64, f64)>],
-    along: StripeAxis,
-    calibration: ScaleCalibration,
-) {
-    let mut across_px = None;
-    for (row, state) in rows.iter_mut().zip(smoothed) {
-        let seen = row.point(crate::report::results::Estimator::Filtered);
-        across_px = seen.map(|point| along.image_from_stripe(point).v_px).or(across_px);
-        if let (Some((along_px, variance_px2)), Some(across_px)) = (*state, across_px) {
-            let point = along.image_from_stripe(PixelPoint::new(along_px, across_px));
-            (row.smooth_u_px, row.smooth_v_px) = (Some(point.u_px), Some(point.v_px));
-            row.smooth_x_mm = Some(calibration.mm_from_px(along_px));
-            row.smooth_x_std_mm = Some(variance_px2.sqrt() * calibration.mm_per_px.get());
-        }
     }
 }
 

@@ -92,6 +92,8 @@ pub struct Estimate {
     pub observation: Observation,
     /// Normalised innovation squared of the measurement.
     pub nis: Option<f64>,
+    /// The stripe's lines before and behind the seam, as they were fitted, each by its two ends.
+    pub sides: Option<[[PixelPoint; 2]; 2]>,
     /// The frame equals its predecessor byte for byte.
     pub repeated: bool,
 }
@@ -100,7 +102,7 @@ impl Estimate {
     /// No seam yet, because of `observation`.
     #[must_use]
     pub const fn seeking(observation: Observation) -> Self {
-        Self { status: Status::Seeking, seam: None, kcf: None, observation, nis: None, repeated: false }
+        Self { status: Status::Seeking, seam: None, kcf: None, observation, nis: None, sides: None, repeated: false }
     }
 
     /// The estimate in the transposed image.
@@ -108,6 +110,7 @@ impl Estimate {
     pub fn transposed(self) -> Self {
         Self {
             seam: self.seam.map(|seam| SeamEstimate { centre: seam.centre.transposed(), ..seam }),
+            sides: self.sides.map(|sides| sides.map(|side| side.map(PixelPoint::transposed))),
             kcf: self.kcf.map(|kcf| KcfReading { peak: kcf.peak.transposed(), ..kcf }),
             ..self
         }

@@ -142,6 +142,7 @@ impl Follow for PaperTracker {
             kcf: Some(reading),
             observation: Observation::Kcf,
             nis: update.nis,
+            sides: None,
             repeated: false,
         })
     }

@@ -12,7 +12,7 @@ use self::seed::Seed;
 use super::estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
 use super::{Follow, TrackerError};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Refusal};
+use crate::imgproc::geometry::{HALF_WINDOW_PX, JointFit, JointKind, JointModel, Line, Refusal};
 use crate::imgproc::{MedianKernel, median};
 use crate::kcf::{Kcf, KcfSettings};
 use crate::units::PixelPoint;
@@ -286,6 +286,7 @@ impl RobustTracker {
                     following.model.learn(&fit);
                     following.v_px = fit.centre.v_px;
                     following.unseen = 0;
+                    estimate.sides = Some(sides(&fit));
                     let (u_px, _) = following.filter.position();
                     if kcf.psr_ratio >= self.settings.learn_psr_ratio {
                         let centre = PixelPoint::new(u_px, following.v_px);
@@ -346,6 +347,16 @@ impl Following {
         }
         best
     }
+}
+
+/// The sides' lines as far as they were fitted.
+fn sides(fit: &JointFit) -> [[PixelPoint; 2]; 2] {
+    let half_gap_px = fit.edges.map_or(0.0, |edges| 0.5 * edges.gap_px);
+    let point = |line: Line, du: f64| PixelPoint::new(fit.centre.u_px + du, line.at(du));
+    [
+        [point(fit.left, -HALF_WINDOW_PX), point(fit.left, -half_gap_px)],
+        [point(fit.right, half_gap_px), point(fit.right, HALF_WINDOW_PX)],
+    ]
 }
 
 impl Follow for RobustTracker {

@@ -1,0 +1,72 @@
+//! From estimates to rows of `path.csv` and marks of the overlay.
+
+use crate::calib::ScaleCalibration;
+use crate::report::marks::{FrameMarks, RoiBox};
+use crate::report::results::{Estimator, PathRow, Status as RowStatus};
+use crate::tracker::{Estimate, Status, roi};
+use crate::units::{PixelPoint, StripeAxis};
+
+/// The row of one frame; without an estimate it was unreadable.
+pub fn row(
+    frame: usize,
+    file: String,
+    time_s: f64,
+    estimate: Option<&Estimate>,
+    axis: StripeAxis,
+    calibration: Option<ScaleCalibration>,
+) -> PathRow {
+    let Some(estimate) = estimate else { return PathRow::empty(frame, file, time_s, RowStatus::Unreadable) };
+    let status = match estimate.status {
+        Status::Seeking => RowStatus::Seeking,
+        Status::Tracked => RowStatus::Tracked,
+        Status::Coasting => RowStatus::Coasting,
+        Status::Lost => RowStatus::Lost,
+    };
+    let (kcf, seam) = (estimate.kcf, estimate.seam);
+    PathRow {
+        kcf_u_px: kcf.map(|k| k.peak.u_px),
+        kcf_v_px: kcf.map(|k| k.peak.v_px),
+        psr: kcf.map(|k| k.psr),
+        template_updated: kcf.is_some_and(|k| k.template_updated),
+        u_px: seam.map(|s| s.centre.u_px),
+        v_px: seam.map(|s| s.centre.v_px),
+        x_mm: seam.zip(calibration).map(|(s, c)| c.mm_from_px(axis.along_px(s.centre))),
+        x_std_mm: seam.zip(calibration).map(|(s, c)| s.std_px * c.mm_per_px.get()),
+        nis: estimate.nis,
+        ..PathRow::empty(frame, file, time_s, status)
+    }
+}
+
+/// What overlays show of one frame.
+pub fn marks(estimate: Option<&Estimate>) -> FrameMarks {
+    let Some(estimate) = estimate else { return FrameMarks::default() };
+    FrameMarks {
+        stripe: estimate.sides.map(|sides| sides.concat()).unwrap_or_default(),
+        roi: roi(estimate).map(|roi| RoiBox {
+            u_px: roi.centre.u_px - 0.5 * roi.width_px,
+            v_px: roi.centre.v_px - 0.5 * roi.height_px,
+            width_px: roi.width_px,
+            height_px: roi.height_px,
+        }),
+    }
+}
+
+/// Writes the smoothed path into the rows. Across the stripe nothing is smoothed: the last row seen stands there.
+pub fn fill_smoothed(
+    rows: &mut [PathRow],
+    smoothed: &[Option<(f64, f64)>],
+    axis: StripeAxis,
+    calibration: ScaleCalibration,
+) {
+    let mut across_px = None;
+    for (row, state) in rows.iter_mut().zip(smoothed) {
+        let seen = row.point(Estimator::Filtered);
+        across_px = seen.map(|point| axis.image_from_stripe(point).v_px).or(across_px);
+        if let (Some((along_px, variance_px2)), Some(across_px)) = (*state, across_px) {
+            let point = axis.image_from_stripe(PixelPoint::new(along_px, across_px));
+            (row.smooth_u_px, row.smooth_v_px) = (Some(point.u_px), Some(point.v_px));
+            row.smooth_x_mm = Some(calibration.mm_from_px(along_px));
+            row.smooth_x_std_mm = Some(variance_px2.sqrt() * calibration.mm_per_px.get());
+        }
+    }
+}
