@@ -1,0 +1,51 @@
+# seamtrack. `make demo` and `make test` need nothing but Rust (1.88 or later) on a Debian machine: they install the
+# system packages by themselves and ask nothing.
+
+CARGO ?= cargo
+SEEDS ?= 1-5
+
+.PHONY: demo test build setup checks bench regress peers scenes clean
+
+demo: build
+	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
+	  --overlay results/demo-butt/overlay -o results/demo-butt --force
+	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
+	  --preset paper -o results/demo-butt-paper --force --max-unavailable 100 --quiet
+	./target/release/seamtrack compare results/demo-butt results/demo-butt-paper -o results/demo-comparison.html --force
+	@echo
+	@echo "Look at results/demo-butt/report.html (the run), results/demo-butt/overlay (the frames with their marks)"
+	@echo "and results/demo-comparison.html (beside the method of Du 2022)."
+
+build: setup
+	$(CARGO) build --release
+
+# The whole test command: format, lints, documentation, tests.
+test: setup
+	./scripts/install-packages chromium
+	$(MAKE) checks
+	$(CARGO) test --no-fail-fast
+
+checks: setup
+	$(CARGO) fmt --check
+	$(CARGO) clippy --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps
+
+# OpenCV and what builds its bindings.
+setup:
+	@./scripts/install-packages libopencv-dev clang libclang-dev
+
+# Measured, never asserted.
+bench: setup
+	$(CARGO) bench --bench kalman
+
+# All built-in scenes over several seeds, one table.
+regress: setup
+	$(CARGO) run --release --example regress -- --seeds $(SEEDS)
+
+# The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
+peers: setup
+	$(CARGO) run --release --features peers --example peers -- --seeds $(SEEDS)
+
+clean:
+	$(CARGO) clean
+	rm -rf results
