@@ -23,14 +23,31 @@ fn look() {
             }
             let Some(e) = last else { continue };
             let error = shot.reference_px.map(|r| e.seam.u_px - r);
-            if e.presence == SeamPresence::Present && let Some(error) = error {
+            if e.presence == SeamPresence::Present
+                && let Some(error) = error
+            {
                 sum += error.abs();
                 n += 1;
                 worst = worst.max(error.abs());
             }
             if std::env::var_os("V").is_some() {
-                println!("ROW {} {} {:?}", shot.number, u8::from(!shot.repeated), tracker.evidence().log_ratio.iter().map(|v| (v * 100.0).round() / 100.0).collect::<Vec<_>>());
-                println!("{:3} u {:7.2} sd {:.2} v {:5.2} conf {:.3} P {:.4} {:?} err {:?}", shot.number, e.seam.u_px, e.grid.sd_px, e.grid.velocity_px, e.grid.confidence, e.grid.presence, e.presence, error.map(|e| (e*100.).round()/100.));
+                println!(
+                    "ROW {} {} {:?}",
+                    shot.number,
+                    u8::from(!shot.repeated),
+                    tracker.evidence().log_ratio.iter().map(|v| (v * 100.0).round() / 100.0).collect::<Vec<_>>()
+                );
+                println!(
+                    "{:3} u {:7.2} sd {:.2} v {:5.2} conf {:.3} P {:.4} {:?} err {:?}",
+                    shot.number,
+                    e.seam.u_px,
+                    e.grid.sd_px,
+                    e.grid.velocity_px,
+                    e.grid.confidence,
+                    e.grid.presence,
+                    e.presence,
+                    error.map(|e| (e * 100.).round() / 100.)
+                );
             }
         }
         let started2 = std::time::Instant::now();
@@ -40,14 +57,24 @@ fn look() {
         let mut current = smoothed[0];
         let (mut ssum, mut sn, mut sworst) = (0.0, 0, 0.0_f64);
         for shot in &shots {
-            if !shot.repeated { current = *it.next().unwrap(); }
+            if !shot.repeated {
+                current = *it.next().unwrap();
+            }
             if let Some(r) = shot.reference_px {
-                if std::env::var_os("V").is_some() { println!("S {} {} {:.2} {:.4}", shot.number, current.u_px, current.u_px - r, current.presence); }
-                ssum += (current.u_px - r).abs(); sn += 1; sworst = sworst.max((current.u_px - r).abs());
+                if std::env::var_os("V").is_some() {
+                    println!("S {} {} {:.2} {:.4}", shot.number, current.u_px, current.u_px - r, current.presence);
+                }
+                ssum += (current.u_px - r).abs();
+                sn += 1;
+                sworst = sworst.max((current.u_px - r).abs());
             }
         }
         println!("{name}: smoothed mean {:.2} worst {:.2} over {sn}, {ms:.2} ms a frame", ssum / sn as f64, sworst);
-        println!("{name}: mean {:.2} worst {worst:.2} over {n}; {:.2} ms a step", sum / n as f64, started.elapsed().as_secs_f64() * 1e3 / steps as f64);
+        println!(
+            "{name}: mean {:.2} worst {worst:.2} over {n}; {:.2} ms a step",
+            sum / n as f64,
+            started.elapsed().as_secs_f64() * 1e3 / steps as f64
+        );
     }
 }
 
@@ -63,7 +90,14 @@ fn controls() {
                 let Some(seam) = shot.reference_px else { continue };
                 let frame = real::paint::without_seam(&shot.frame, seam, paint);
                 if shot.number % 40 == 21 && paint == real::paint::Paint::Moved && std::env::var_os("V").is_some() {
-                    image::GrayImage::from_raw(frame.width_px() as u32, frame.height_px() as u32, frame.pixels().to_vec()).unwrap().save(format!("/tmp/hl/c{}_{}.png", name, shot.number)).unwrap();
+                    image::GrayImage::from_raw(
+                        frame.width_px() as u32,
+                        frame.height_px() as u32,
+                        frame.pixels().to_vec(),
+                    )
+                    .unwrap()
+                    .save(format!("/tmp/hl/c{}_{}.png", name, shot.number))
+                    .unwrap();
                 }
                 let e = tracker.step(&frame).unwrap();
                 most = most.max(e.grid.presence);
@@ -96,12 +130,20 @@ fn arcs() {
                 let (mut visible, mut tick, mut hot) = (0, 0, 0);
                 let mut rows = Vec::new();
                 for shot in &shots {
-                    if paint.is_some() && shot.reference_px.is_none() { continue }
+                    if paint.is_some() && shot.reference_px.is_none() {
+                        continue;
+                    }
                     if !shot.repeated {
-                        let frame = match paint { None => shot.frame.clone(), Some(paint) => real::paint::without_seam(&shot.frame, shot.reference_px.unwrap(), paint) };
+                        let frame = match paint {
+                            None => shot.frame.clone(),
+                            Some(paint) => real::paint::without_seam(&shot.frame, shot.reference_px.unwrap(), paint),
+                        };
                         let frame = scene.composite(tick, &frame);
                         if std::env::var_os("V").is_some() && shot.number % 30 == 11 {
-                            image::GrayImage::from_raw(448, 384, frame.pixels().to_vec()).unwrap().save(format!("/tmp/hl/arc_{level}_{name}_{}.png", shot.number)).unwrap();
+                            image::GrayImage::from_raw(448, 384, frame.pixels().to_vec())
+                                .unwrap()
+                                .save(format!("/tmp/hl/arc_{level}_{name}_{}.png", shot.number))
+                                .unwrap();
                         }
                         tick += 1;
                         last = tracker.step(&frame);
@@ -110,7 +152,9 @@ fn arcs() {
                     let Some(e) = last else { continue };
                     most = most.max(e.grid.presence);
                     visible += u32::from(shot.reference_px.is_some());
-                    if e.presence == SeamPresence::Present && let Some(r) = shot.reference_px {
+                    if e.presence == SeamPresence::Present
+                        && let Some(r) = shot.reference_px
+                    {
                         let error = e.seam.u_px - r;
                         sum += error.abs();
                         n += 1;
@@ -118,7 +162,16 @@ fn arcs() {
                         wrong += u32::from(error.abs() > 10.0);
                     }
                     if std::env::var_os("V").is_some() && paint.is_none() {
-                        println!("A {level} {name} {:3} u {:7.2} sd {:.2} conf {:.3} P {:.4} {:?} err {:?}", shot.number, e.seam.u_px, e.grid.sd_px, e.grid.confidence, e.grid.presence, e.presence, shot.reference_px.map(|r| ((e.seam.u_px - r)*100.).round()/100.));
+                        println!(
+                            "A {level} {name} {:3} u {:7.2} sd {:.2} conf {:.3} P {:.4} {:?} err {:?}",
+                            shot.number,
+                            e.seam.u_px,
+                            e.grid.sd_px,
+                            e.grid.confidence,
+                            e.grid.presence,
+                            e.presence,
+                            shot.reference_px.map(|r| ((e.seam.u_px - r) * 100.).round() / 100.)
+                        );
                     }
                 }
                 if paint.is_none() {
@@ -127,10 +180,20 @@ fn arcs() {
                     let mut current = smoothed[0];
                     let (mut ssum, mut sn, mut sworst) = (0.0, 0, 0.0_f64);
                     for shot in &shots {
-                        if !shot.repeated { current = *it.next().unwrap(); }
-                        if let Some(r) = shot.reference_px { ssum += (current.u_px - r).abs(); sn += 1; sworst = sworst.max((current.u_px - r).abs()); }
+                        if !shot.repeated {
+                            current = *it.next().unwrap();
+                        }
+                        if let Some(r) = shot.reference_px {
+                            ssum += (current.u_px - r).abs();
+                            sn += 1;
+                            sworst = sworst.max((current.u_px - r).abs());
+                        }
                     }
-                    println!("ARC {name} {level}: mean {:.2} worst {worst:.2} wrong {wrong} on {n} of {visible}; smoothed mean {:.2} worst {sworst:.2}", sum / n as f64, ssum / sn as f64);
+                    println!(
+                        "ARC {name} {level}: mean {:.2} worst {worst:.2} wrong {wrong} on {n} of {visible}; smoothed mean {:.2} worst {sworst:.2}",
+                        sum / n as f64,
+                        ssum / sn as f64
+                    );
                 } else {
                     println!("ARC {name} {level} control: most {most:.4}, present on {n} of {visible}");
                 }

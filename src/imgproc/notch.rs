@@ -113,7 +113,9 @@ impl NotchEvidence {
         let (median, sd) = robust_scale(&mut self.sample);
         let kk = |n: &str, d: f32| std::env::var(n).map_or(d, |v| v.parse().unwrap_or(d));
         let local_half = kk("LH", 30.0) as usize;
-        if local_half > 0 { self.sums.load(self.contrast.iter().map(|v| ((v - median) / sd).abs().min(3.0))); }
+        if local_half > 0 {
+            self.sums.load(self.contrast.iter().map(|v| ((v - median) / sd).abs().min(3.0)));
+        }
         let lp = kk("LP", 1.0);
         for (u, (score, &value)) in self.score.iter_mut().zip(&self.contrast).enumerate() {
             let local = if local_half > 0 { (self.sums.mean(u, local_half) / 0.8).max(1.0).powf(lp) } else { 1.0 };

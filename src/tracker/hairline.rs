@@ -90,8 +90,8 @@ impl HairlineTracker {
         let convinced = estimate.presence >= CONFIRM_PRESENCE && estimate.confidence >= CONFIRM_CONFIDENCE;
         self.convinced_frames = if convinced { self.convinced_frames + 1 } else { 0 };
         let was_confirmed = self.confirmed;
-        self.confirmed = self.convinced_frames >= CONFIRM_FRAMES
-            || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
+        self.confirmed =
+            self.convinced_frames >= CONFIRM_FRAMES || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
         if was_confirmed && !self.confirmed {
             self.template.forget();
         }
@@ -145,4 +145,6 @@ fn may_learn(band: &Band, score: &[f32], u_px: f64) -> bool {
 }
 
 /// dev
-pub fn k(name: &str, default: f32) -> f32 { std::env::var(name).map_or(default, |v| v.parse().unwrap_or(default)) }
+pub fn k(name: &str, default: f32) -> f32 {
+    std::env::var(name).map_or(default, |v| v.parse().unwrap_or(default))
+}
