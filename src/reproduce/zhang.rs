@@ -239,7 +239,7 @@ fn closed_loop(kind: Loop, seed: u64) -> Result<Score, SeriesError> {
     (0..2).filter(|k| misses[*k].is_none()).for_each(|k| line.add(k as f64, first[k]));
     let broken = |reason| SeriesError::Innovation { frame: 0, reason };
     let mut errors = Vec::with_capacity(FRAMES);
-    for k in 2..FRAMES {
+    for (k, miss) in misses.iter().enumerate().skip(2) {
         errors.push(slide - seam(k));
         let deviation = seam(k) - slide + error(k);
         let position = slide + deviation;
@@ -259,7 +259,7 @@ fn closed_loop(kind: Loop, seed: u64) -> Result<Score, SeriesError> {
                 slide = models.ahead_mm();
             }
             Loop::KnownStraight => {
-                if misses[k].is_none() {
+                if miss.is_none() {
                     line.add(k as f64, position);
                 }
                 slide = line.at((k + 1) as f64).unwrap_or(position);
