@@ -111,16 +111,20 @@ fn series_table(rho: f64, drive_variance: f64) -> Result<Table, SeriesError> {
     })
 }
 
+/// The paper's filter from its start; positions \[px\].
+fn papers_filter(measured_px: &[Option<f64>], drive_variance: f64) -> Result<Vec<f64>, SeriesError> {
+    let invalid = |reason: InvalidParameter| SeriesError::InvalidFrame { frame: 0, reason };
+    let model = ColouredProcess::new(drive_variance, 0.5, 5.0, 5.0, PERIOD_S).map_err(invalid)?;
+    let frames: Vec<Frame<2>> = with_displacement(measured_px).into_iter().map(|z| Frame::new(PERIOD_S, z)).collect();
+    let [z0, z1] = [0, 1].map(|k| measured_px[k].unwrap_or_default());
+    let start = model.start_as_printed(z0, z1, 5.0).map_err(invalid)?;
+    let run = Trajectory::filter(start, &frames[2..], |dt_s| model.state_space(dt_s), None)?;
+    Ok(std::iter::once(z0).chain(run.filtered().map(|state| state.x[0])).collect())
+}
+
 fn estimates(series: &Series, rho: f64, drive_variance: f64) -> Result<Vec<Vec<f64>>, SeriesError> {
     let invalid = |reason: InvalidParameter| SeriesError::InvalidFrame { frame: 0, reason };
     let raw: Vec<f64> = series.measured_px.iter().map(|z| z.unwrap_or_default()).collect();
-    let paper = ColouredProcess::new(drive_variance, 0.5, 5.0, 5.0, PERIOD_S).map_err(invalid)?;
-    let rows = with_displacement(&series.measured_px);
-    let frames: Vec<Frame<2>> = rows.into_iter().map(|z| Frame::new(PERIOD_S, z)).collect();
-    let start = paper.start_as_printed(raw[0], raw[1], 5.0).map_err(invalid)?;
-    let run = Trajectory::filter(start, &frames[2..], |dt_s| paper.state_space(dt_s), None)?;
-    let paper: Vec<f64> = std::iter::once(raw[0]).chain(run.filtered().map(|state| state.x[0])).collect();
-
     let frames: Vec<Frame<1>> = series.measured_px.iter().map(|z| Frame::new(PERIOD_S, [*z])).collect();
     let variance = SIGMA_PX * SIGMA_PX;
     // All noise in the colour, which white noise is with ρ = 0; the seam wanders slowly, 1e-5 px²/frame⁴.
@@ -135,7 +139,7 @@ fn estimates(series: &Series, rho: f64, drive_variance: f64) -> Result<Vec<Vec<f
     let positions = |states: &mut dyn Iterator<Item = &Gaussian<3>>| states.map(|state| state.x[0]).collect();
     Ok(vec![
         raw,
-        paper,
+        papers_filter(&series.measured_px, drive_variance)?,
         positions(&mut causal.filtered()),
         positions(&mut smoothed.states.iter().flatten()),
         positions(&mut straight.filtered()),
@@ -148,11 +152,29 @@ mod tests {
     use super::*;
 
     #[test]
+    fn the_papers_filter_divides_the_variance_of_white_noise_as_its_settled_gain_says() {
+        // The filter is linear, so the difference an impulse makes is its weight on each measurement once settled.
+        let flat = vec![Some(0.0); 400];
+        let mut struck = flat.clone();
+        struck[200] = Some(1.0);
+        let without = papers_filter(&flat, 0.0081).unwrap();
+        let with = papers_filter(&struck, 0.0081).unwrap();
+        let weights: f64 = with.iter().zip(&without).map(|(a, b)| (a - b).powi(2)).sum();
+        // From the algebraic Riccati equation, solved by another program; 4 % above the printed ratio, which is of
+        // equation 12 and of one recording.
+        assert!((1.0 / weights - 3.679_966_5).abs() < 1e-6, "{}", 1.0 / weights);
+    }
+
+    #[test]
     fn the_printed_ratio_comes_out_and_ours_is_far_beyond_it() {
         let tables = tables().unwrap();
         let ratio = |table: usize, label: &str| tables[table].value(label, "MSE ratio").unwrap();
-        assert!((ratio(1, "paper's filter") - 3.535).abs() < 0.1, "{}", tables[1]);
-        assert!((ratio(2, "paper's filter") - 3.535).abs() < 0.2, "{}", tables[2]);
+        // A run's mean square after the filter scatters by 12 % (about 125 independent values), the median of twenty
+        // by 3.3 %: three standard errors. The exact ratio is tested above.
+        for table in [1, 2] {
+            let ratio = tables[table].value("paper's filter", "eq. 12 ratio").unwrap();
+            assert!((ratio / 3.535 - 1.0).abs() < 0.1, "{}", tables[table]);
+        }
         // Specification: causal 49× under white noise, 24× with slow wander allowed, 19× and 11× at ρ = 0.5.
         assert!(ratio(1, "ours, causal") > 18.0, "{}", tables[1]);
         assert!(ratio(2, "ours, causal") > 8.0, "{}", tables[2]);

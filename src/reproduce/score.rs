@@ -71,9 +71,9 @@ mod tests {
 
     #[test]
     fn the_figures_are_those_of_the_papers() {
-        let score = Score::of(&[1.0, -3.0]);
-        assert_eq!((score.mean_absolute, score.largest, score.mean, score.mean_square()), (2.0, 3.0, -1.0, 5.0));
-        assert_eq!(score.deviation_of_absolute, 1.0);
+        let score = Score::of(&[1.0, -7.0]);
+        assert_eq!((score.mean_absolute, score.largest, score.mean, score.mean_square()), (4.0, 7.0, -3.0, 25.0));
+        assert_eq!(score.deviation_of_absolute, 3.0);
     }
 
     #[test]
