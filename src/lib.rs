@@ -12,6 +12,7 @@ pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
 pub mod report;
+pub mod reproduce;
 pub mod run;
 pub mod source;
 pub mod synth;

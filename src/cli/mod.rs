@@ -5,6 +5,7 @@ mod config;
 mod eval;
 mod filter;
 mod report;
+mod reproduce;
 mod synth;
 mod track;
 
@@ -31,6 +32,7 @@ enum Command {
     Compare(compare::Compare),
     Config(config::PrintConfig),
     Filter(Box<filter::Filter>),
+    Reproduce(reproduce::Reproduce),
 }
 
 impl Cli {
@@ -44,6 +46,7 @@ impl Cli {
             Command::Compare(compare) => compare.run(),
             Command::Config(config) => config.run(),
             Command::Filter(filter) => filter.run(),
+            Command::Reproduce(reproduce) => reproduce.run(),
         }
     }
 }
