@@ -46,25 +46,6 @@ pub struct Thumbnail {
     pub jpeg: Vec<u8>,
 }
 
-/// What decides whether a frame may turn out worst.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FrameScore {
-    /// Number of the frame.
-    pub frame: usize,
-    /// What the tracker knew.
-    pub status: Status,
-    /// Raw PSR.
-    pub psr: Option<f64>,
-    /// Normalised innovation squared.
-    pub nis: Option<f64>,
-}
-
-impl From<&PathRow> for FrameScore {
-    fn from(row: &PathRow) -> Self {
-        Self { frame: row.frame, status: row.status, psr: row.psr, nis: row.nis }
-    }
-}
-
 /// Collects thumbnails during a run: [`offer`](Self::offer) every frame, then [`write`](Self::write).
 #[derive(Debug)]
 pub struct ThumbnailStore {
@@ -98,18 +79,18 @@ impl ThumbnailStore {
         }
     }
 
-    /// Consider one frame with its score and marks; frames come in order. A frame that is kept is copied and encoded
+    /// Consider one frame with its row and marks; frames come in order. A frame that is kept is copied and encoded
     /// on a thread of its own, one at a time, while the next one is tracked.
-    pub fn offer(&mut self, score: FrameScore, frame: &GrayFrame, marks: &FrameMarks) {
-        let begins_episode = score.status != self.last_status && score.status != Status::Tracked;
-        self.last_status = score.status;
-        let mut wanted = score.frame.is_multiple_of(self.every);
+    pub fn offer(&mut self, row: &PathRow, frame: &GrayFrame, marks: &FrameMarks) {
+        let begins_episode = row.status != self.last_status && row.status != Status::Tracked;
+        self.last_status = row.status;
+        let mut wanted = row.frame.is_multiple_of(self.every);
         if begins_episode && self.episodes.len() < EPISODES_KEPT {
-            self.episodes.push(score.frame);
+            self.episodes.push(row.frame);
             wanted = true;
         }
-        wanted |= score.nis.is_some_and(|nis| self.highest_nis.enter(score.frame, nis));
-        wanted |= score.psr.is_some_and(|psr| self.lowest_psr.enter(score.frame, -psr));
+        wanted |= row.nis.is_some_and(|nis| self.highest_nis.enter(row.frame, nis));
+        wanted |= row.psr.is_some_and(|psr| self.lowest_psr.enter(row.frame, -psr));
         if !wanted {
             return;
         }
@@ -118,8 +99,8 @@ impl ThumbnailStore {
             self.thin();
         }
         let (marks, frame) = (marks.clone(), frame.clone());
-        self.kept.insert(score.frame, Thumbnail { frame: score.frame, marks, worst: false, jpeg: Vec::new() });
-        self.encoding = Some((score.frame, std::thread::spawn(move || encode(&frame))));
+        self.kept.insert(row.frame, Thumbnail { frame: row.frame, marks, worst: false, jpeg: Vec::new() });
+        self.encoding = Some((row.frame, std::thread::spawn(move || encode(&frame))));
     }
 
     fn finish_encoding(&mut self) {
@@ -251,7 +232,7 @@ mod tests {
                 psr: Some(if frame == 303 { 2.0 } else { 10.0 + frame as f64 * 1e-6 }),
                 ..PathRow::empty(frame, String::new(), 0.0, status)
             };
-            store.offer(FrameScore::from(&row), &image, &FrameMarks::default());
+            store.offer(&row, &image, &FrameMarks::default());
         }
         store.into_thumbnails()
     }
@@ -280,7 +261,7 @@ mod tests {
         let mut store = ThumbnailStore::new(1_000_000, Some(2));
         let marks = FrameMarks { stripe: vec![crate::units::PixelPoint::new(1.0, 2.5)], roi: None };
         let image = GrayFrame::filled(1300, 4, 7).unwrap();
-        store.offer(FrameScore { frame: 0, status: Status::Tracked, psr: None, nis: None }, &image, &marks);
+        store.offer(&PathRow::empty(0, String::new(), 0.0, Status::Tracked), &image, &marks);
         store.write(folder.path()).unwrap();
         let read = read_thumbnails(folder.path()).unwrap();
         assert_eq!((read.len(), &read[0].marks), (1, &marks));

@@ -206,7 +206,7 @@ pub fn write_run(dir: &Path, frames: usize, quality: Noise, with_truth: bool) {
     let pictures: Vec<GrayFrame> = (0..frames.min(131)).map(|frame| picture(true_u_px(frame), &mut random)).collect();
     let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, Some(frames));
     for row in rows.iter().filter(|row| row.status != Status::Unreadable) {
-        thumbnails.offer(row.into(), &pictures[row.frame % pictures.len()], &marks(row));
+        thumbnails.offer(row, &pictures[row.frame % pictures.len()], &marks(row));
     }
     thumbnails.write(dir).unwrap();
     write_path_csv(&dir.join("path.csv"), &rows).unwrap();
