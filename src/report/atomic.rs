@@ -22,6 +22,9 @@ pub enum ResultsError {
         /// What the system said.
         source: std::io::Error,
     },
+    /// The truth beside the results is none.
+    #[error(transparent)]
+    Truth(#[from] crate::eval::TruthFileError),
     /// The content does not fit the contract.
     #[error("{}: {problem}", path.display())]
     Content {

@@ -143,10 +143,12 @@ pub(super) fn single(run: &Run) -> PageModel {
         ..chart("nis", "Normalised innovation squared", "NIS", 2)
     });
     charts.retain(|chart| chart.id == "path" || chart.series.iter().any(Series::has_values));
+    let marks = Estimator::ALL.into_iter().map(|e| points(run, e, e.name().to_owned(), look(e).to_owned()));
+    let marks = marks.filter(|mark| mark.at.iter().any(Option::is_some));
     PageModel {
         ribbons: vec![ribbon(run)],
         charts,
-        viewer: viewer(run, Estimator::ALL.map(|e| points(run, e, e.name().to_owned(), look(e).to_owned())).into()),
+        viewer: viewer(run, marks.collect()),
         worst: worst_frames(&run.rows, &worst_error).into_iter().map(|w| (w.frame, w.reason)).collect(),
         ..frame_axis(run)
     }

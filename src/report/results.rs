@@ -333,7 +333,7 @@ mod tests {
         let path = folder.path().join("path.csv");
         let row = PathRow { u_px: Some(1.5), x_mm: Some(0.25), ..tracked(0, 0.2) };
         write_path_csv(&path, std::slice::from_ref(&row)).unwrap();
-        assert_eq!(read_path_csv(&path).unwrap(), [row.clone()]);
+        assert_eq!(read_path_csv(&path).unwrap(), std::slice::from_ref(&row));
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()

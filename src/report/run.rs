@@ -33,7 +33,8 @@ impl Run {
     pub fn read(dir: &Path) -> Result<Self, ResultsError> {
         let summary = read_summary(&dir.join("summary.json"))?;
         let rows = read_path_csv(&dir.join("path.csv"))?;
-        let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), summary.calibration.stripe, rows.len())?;
+        let axis = summary.calibration.stripe;
+        let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), axis, rows.len())?;
         let thumbnails = read_thumbnails(dir)?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
@@ -77,13 +78,12 @@ impl Run {
         self.summary.calibration.origin_px.or_else(first).unwrap_or(0.0)
     }
 
-    /// Frames without a value after the seam was first confirmed, and how many frames that is out of.
+    /// Frames without a value after the seam was first confirmed; all of them when it never was.
     #[must_use]
     pub fn unavailable(&self) -> Unavailable {
         let found = self.rows.iter().position(|row| row.status == Status::Tracked);
-        let after = found.map_or(&[][..], |found| &self.rows[found..]);
-        let missing = after.iter().filter(|row| row.x_mm.is_none()).count();
-        Unavailable { found_at: found, missing, of: after.len() }
+        let missing = self.rows[found.unwrap_or(0)..].iter().filter(|row| row.x_mm.is_none()).count();
+        Unavailable { found_at: found, missing, of: self.rows.len() }
     }
 }
 
@@ -94,12 +94,12 @@ pub struct Unavailable {
     pub found_at: Option<usize>,
     /// Frames without a value from there on.
     pub missing: usize,
-    /// Frames from there on.
+    /// Frames of the recording.
     pub of: usize,
 }
 
 impl Unavailable {
-    /// Missing frames \[%\]; everything is missing when the seam was never found.
+    /// Missing frames \[%\] of the recording.
     #[must_use]
     pub fn percent(self) -> f64 {
         if self.of == 0 { 100.0 } else { 100.0 * self.missing as f64 / self.of as f64 }

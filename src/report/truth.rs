@@ -2,43 +2,28 @@
 
 use std::path::Path;
 
-use serde::Deserialize;
-
-use super::atomic::ResultsError;
+use crate::eval::{TruthFileError, read_truth};
 use crate::units::StripeAxis;
 
 /// Name of the copy beside `path.csv`.
 pub const FILE_NAME: &str = "truth.csv";
 
-#[derive(Deserialize)]
-struct TruthRow {
-    frame: usize,
-    u_px: Option<f64>,
-    v_px: Option<f64>,
-}
-
 /// The true coordinate along the stripe of each of `frames` frames \[px\]; `None` when there is no file.
 ///
 /// # Errors
-/// When the file cannot be read or lacks the column of the stripe's axis.
+/// When the file is no truth.
 pub fn read_truth_along_px(
     path: &Path,
     axis: StripeAxis,
     frames: usize,
-) -> Result<Option<Vec<Option<f64>>>, ResultsError> {
+) -> Result<Option<Vec<Option<f64>>>, TruthFileError> {
     if !path.exists() {
         return Ok(None);
     }
     let mut along_px = vec![None; frames];
-    let mut reader = csv::Reader::from_path(path).map_err(|error| ResultsError::content(path, error))?;
-    for row in reader.deserialize() {
-        let row: TruthRow = row.map_err(|error| ResultsError::content(path, error))?;
-        let value = match axis {
-            StripeAxis::Horizontal => row.u_px,
-            StripeAxis::Vertical => row.v_px,
-        };
+    for row in read_truth(path)? {
         if let Some(place) = along_px.get_mut(row.frame) {
-            *place = value.filter(|px| px.is_finite());
+            *place = row.along_px(axis);
         }
     }
     Ok(Some(along_px))

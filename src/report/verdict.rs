@@ -9,9 +9,10 @@ const MAX_UNAVAILABLE_PCT: f64 = 5.0;
 const MAX_COASTING_PCT: f64 = 5.0;
 /// 95 % quantile of χ² with one degree of freedom: a consistent filter's NIS is below it on 95 % of the frames.
 pub const NIS_95: f64 = 3.841;
-/// Below this share of NIS under [`NIS_95`] the filter's σ is too small to be trusted \[%\]: chosen, five points under
-/// the expected 95.
+/// Below this share of NIS under [`NIS_95`] the filter's σ is doubtful \[%\]: chosen, five points under the expected 95.
 const MIN_CONSISTENT_PCT: f64 = 90.0;
+/// Below this share the filter does not follow its measurements \[%\]: chosen, four times the expected contradictions.
+const MIN_USABLE_PCT: f64 = 80.0;
 
 /// How far the path can be trusted.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -96,8 +97,9 @@ fn doubts(run: &Run) -> (Trust, Vec<String>) {
     if let Some(consistency) = consistency(run)
         && consistency.below_95_pct < MIN_CONSISTENT_PCT
     {
-        let percent = consistency.below_95_pct;
-        found.push((Trust::Check, format!("σ is too small: {percent:.0} % of NIS below {NIS_95}, 95 % expected.")));
+        let trust = if consistency.below_95_pct < MIN_USABLE_PCT { Trust::Bad } else { Trust::Check };
+        let percent = 100.0 - consistency.below_95_pct;
+        found.push((trust, format!("{percent:.0} % of the measurements contradict the filter, 5 % expected.")));
     }
     let worst = found.iter().map(|&(trust, _)| trust).max().unwrap_or(Trust::Good);
     (worst, found.into_iter().map(|(_, doubt)| doubt).collect())
@@ -229,11 +231,11 @@ mod tests {
     }
 
     #[test]
-    fn many_predictions_and_a_sigma_that_is_too_small_raise_doubts() {
+    fn many_predictions_raise_doubts_and_a_filter_that_leaves_its_measurements_is_bad() {
         assert_eq!(verdict(&run(&("t".repeat(90) + &"c".repeat(10)), 1.0)).trust, Trust::Check);
         let overconfident = verdict(&run(&"t".repeat(100), 5.0));
-        assert_eq!(overconfident.trust, Trust::Check);
-        assert!(overconfident.doubts[0].starts_with("σ is too small"), "{:?}", overconfident.doubts);
+        assert_eq!(overconfident.trust, Trust::Bad);
+        assert!(overconfident.doubts[0].contains("contradict"), "{:?}", overconfident.doubts);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::results::{PathRow, Status};
+use super::verdict::NIS_95;
 
 /// Entries of one reason in the list.
 const ENTRIES: usize = 8;
@@ -19,7 +20,7 @@ pub struct WorstFrame {
 }
 
 /// Frames worth looking at, reason by reason: losses and gaps (the longest first), largest error if `error_mm` is
-/// known, largest NIS, lowest PSR.
+/// known, largest NIS above [`NIS_95`], lowest PSR.
 #[must_use]
 pub fn worst_frames(rows: &[PathRow], error_mm: &[Option<f64>]) -> Vec<WorstFrame> {
     let mut list = Vec::new();
@@ -31,7 +32,7 @@ pub fn worst_frames(rows: &[PathRow], error_mm: &[Option<f64>]) -> Vec<WorstFram
     }));
     let errors = error_mm.iter().map(|error| error.map(f64::abs));
     list.extend(largest(errors).map(|(frame, mm)| WorstFrame { frame, reason: format!("error {mm:.3} mm") }));
-    let nis = rows.iter().map(|row| row.nis);
+    let nis = rows.iter().map(|row| row.nis.filter(|&nis| nis > NIS_95));
     list.extend(largest(nis).map(|(frame, nis)| WorstFrame { frame, reason: format!("NIS {nis:.1}") }));
     let psr = rows.iter().map(|row| row.psr.map(|psr| -psr));
     list.extend(largest(psr).map(|(frame, psr)| WorstFrame { frame, reason: format!("PSR {:.1}", -psr) }));
