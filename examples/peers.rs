@@ -56,8 +56,7 @@ impl Peer {
         match self {
             Self::Box(tracker) => tracker.init(image, first),
             Self::Legacy(tracker) => {
-                let first =
-                    Rect2d::new(first.x.into(), first.y.into(), first.width.into(), first.height.into());
+                let first = Rect2d::new(first.x.into(), first.y.into(), first.width.into(), first.height.into());
                 tracker.init(image, first).map(|_| ())
             }
         }

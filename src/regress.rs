@@ -73,8 +73,7 @@ pub fn run<E: Send>(
         .into_par_iter()
         .map(|((name, scenario), seed)| {
             let scene = Scene::new(scenario, seed).map_err(RegressError::Scenario)?;
-            let lanes =
-                track(&scene).map_err(|source| RegressError::Track { scene: name.clone(), seed, source })?;
+            let lanes = track(&scene).map_err(|source| RegressError::Track { scene: name.clone(), seed, source })?;
             Ok(lanes.iter().map(|lane| score(name, seed, &scene, lane)).collect())
         })
         .collect::<Result<_, RegressError<E>>>()?;

@@ -142,7 +142,7 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
             }
             let log_normal = |x: f64, sd: f64| (x - 0.5 * sd * sd).exp();
             let flicker = log_normal(flicker.step(rng), d.arc.flicker) * if burst { BURST_FLASH } else { 1.0 };
-            let opacity = (d.smoke.opacity * log_normal(smoke.step(rng), SMOKE_VARIATION)).min(0.95);
+            let opacity = (d.smoke.opacity * log_normal(smoke.step(rng), SMOKE_VARIATION)).min(0.8);
             Moment {
                 tick,
                 timestamp_s: 0.0,

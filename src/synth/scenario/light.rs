@@ -87,7 +87,8 @@ impl Default for Spatter {
 pub struct Smoke {
     /// Share of the frames after arc-on with smoke in them, 0 to 0.95; a puff lasts about three frames. Default 0.
     pub share: f64,
-    /// Mean opacity of a puff, 0 to 0.95; single wisps take up to about twice of it. Default 0.45, chosen.
+    /// Mean opacity of a puff, 0 to 0.95; single wisps take up to about twice of it. Default 0.3, chosen; 0.38 and
+    /// 0.45 when severe and heavy.
     pub opacity: f64,
     /// Size of the wisps \[px\], 2 to 2000. Default 70, chosen.
     pub wisp_px: f64,
@@ -97,7 +98,7 @@ pub struct Smoke {
 
 impl Default for Smoke {
     fn default() -> Self {
-        Self { share: 0.0, opacity: 0.45, wisp_px: 70.0, haze_grey: 55.0 }
+        Self { share: 0.0, opacity: 0.3, wisp_px: 70.0, haze_grey: 55.0 }
     }
 }
 
@@ -150,17 +151,17 @@ impl Severity {
     /// description (section 5), the middle of a range where one is given.
     #[must_use]
     pub fn disturbances(self) -> Disturbances {
-        let (glare_grey, tracks, burst_share, share, covers) = match self {
-            Self::Clean => (0.0, 0.0, 0.0, 0.0, 0.0),
-            Self::Mild => (45.0, 3.25, 0.05, 0.22, 0.0),
-            Self::Medium => (75.0, 14.0, 0.075, 0.275, 0.0),
-            Self::Severe => (90.0, 18.0, 0.10, 0.34, 0.0),
-            Self::Heavy => (135.0, 38.0, 0.18, 0.50, 3.0),
+        let (glare_grey, tracks, burst_share, share, opacity, covers) = match self {
+            Self::Clean => (0.0, 0.0, 0.0, 0.0, 0.3, 0.0),
+            Self::Mild => (45.0, 3.25, 0.05, 0.22, 0.3, 0.0),
+            Self::Medium => (75.0, 14.0, 0.075, 0.275, 0.3, 0.0),
+            Self::Severe => (90.0, 18.0, 0.10, 0.34, 0.38, 0.0),
+            Self::Heavy => (135.0, 38.0, 0.18, 0.50, 0.45, 3.0),
         };
         Disturbances {
             arc: Arc { glare_grey, ..Arc::default() },
             spatter: Spatter { tracks, burst_share, ..Spatter::default() },
-            smoke: Smoke { share, ..Smoke::default() },
+            smoke: Smoke { share, opacity, ..Smoke::default() },
             covers: Covers { per_100_frames: covers, frames: [2, 5], ..Covers::default() },
         }
     }
