@@ -68,9 +68,11 @@ pub(super) fn add_smoke(smoke: &Smoke, opacity: f64, flicker: f64, seed: u64, ti
     }
     let noise = SmoothNoise::new(seed, Component::Smoke, 0);
     let time = tick as f64 / SMOKE_FRAMES;
+    // Beer and Lambert: light falls exponentially with the smoke's optical depth.
+    let depth = -(1.0 - opacity as f32).ln();
     let wisps = |x: f64, y: f64| {
         let pattern = noise.cloud(x / smoke.wisp_px, y / smoke.wisp_px + 0.3 * time, time);
-        (opacity as f32 * (1.0 + 0.75 * pattern)).clamp(0.0, 0.97)
+        1.0 - (-depth * (1.0 + 0.6 * pattern).max(0.0)).exp()
     };
     let haze = (smoke.haze_grey * flicker.max(0.2)) as f32;
     canvas.change_by_field(8, wisps, |opacity, value| *value += opacity * (haze - *value));

@@ -51,12 +51,18 @@ const LEVELS: [(&str, Severity); 5] = [
     ("heavy", Severity::Heavy),
 ];
 
+/// Names of the single scenes, A to K first.
+#[must_use]
+pub fn scene_names() -> Vec<String> {
+    SCENES.iter().map(|(name, _)| (*name).to_owned()).collect()
+}
+
 /// All names: the scenes, then `butt-clean`, `butt-mild` and so on.
 #[must_use]
 pub fn names() -> Vec<String> {
     let levels =
         FAMILIES.iter().flat_map(|(family, _)| LEVELS.iter().map(move |(level, _)| format!("{family}-{level}")));
-    SCENES.iter().map(|(name, _)| (*name).to_owned()).chain(levels).collect()
+    scene_names().into_iter().chain(levels).collect()
 }
 
 /// A built-in scene by its name; case does not matter, and the letter alone is enough where only one scene has it.

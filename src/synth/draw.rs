@@ -73,7 +73,7 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
     d.arc.flicker *= factor();
     d.arc.reach *= factor();
     d.spatter.tracks *= factor();
-    d.spatter.burst_chance = (d.spatter.burst_chance * factor()).min(1.0);
+    d.spatter.burst_share = (d.spatter.burst_share * factor()).min(0.95);
     d.spatter.length_px *= factor();
     d.smoke.share = (d.smoke.share * factor()).min(0.95);
     d.smoke.opacity = (d.smoke.opacity * factor()).min(0.95);

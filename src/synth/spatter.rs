@@ -10,8 +10,8 @@ use super::scenario::Spatter;
 use crate::units::PixelPoint;
 
 /// A burst brings this many times the usual tracks, and at least so many (chosen).
-const BURST_FACTOR: f64 = 4.0;
-const BURST_TRACKS: f64 = 9.0;
+const BURST_FACTOR: f64 = 3.0;
+const BURST_TRACKS: f64 = 8.0;
 /// Chance that a drop lands near the stripe in a frame of a burst, and how near (chosen).
 const LANDING_CHANCE: f64 = 0.5;
 const LANDING_SPREAD_PX: f32 = 110.0;

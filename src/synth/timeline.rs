@@ -73,14 +73,12 @@ pub(super) struct Timeline {
     pub(super) ticks: usize,
 }
 
-/// A burst lasts two to five frames (chosen: 0.4 to 1 s).
-const BURST_FRAMES: std::ops::RangeInclusive<usize> = 2..=5;
 /// Correlation of the smoke's opacity and of the exposure from frame to frame (chosen: smoke drifts off in seconds).
 const SMOKE_CORRELATION: f64 = 0.85;
 /// Standard deviation of the logarithm of the smoke's opacity (chosen).
 const SMOKE_VARIATION: f64 = 0.35;
-/// Mean length of a puff of smoke \[frames\] (chosen: 0.6 s).
-const PUFF_FRAMES: f64 = 3.0;
+/// Mean length of a puff of smoke and of a burst of spatter \[frames\] (chosen: 0.6 s).
+const EPISODE_FRAMES: f64 = 3.0;
 
 /// Simulates a recording whose path is centred on `centre_px` along the stripe.
 pub(super) fn simulate(drawn: &Drawn, seed: u64, centre_px: f64) -> Timeline {
@@ -128,31 +126,23 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
     let mut flicker = Ar1::new(d.arc.flicker, d.arc.flicker_correlation);
     let mut exposure = Ar1::new(s.sensor.exposure, SMOKE_CORRELATION);
     let mut smoke = Ar1::new(SMOKE_VARIATION, SMOKE_CORRELATION);
-    let (mut burst_left, mut cover_left, mut covers) = (0_usize, 0_usize, 0_u64);
-    let mut smoky = false;
+    let (mut burst, mut smoky) = (false, false);
+    let (mut cover_left, mut covers) = (0_usize, 0_u64);
     (0..ticks)
         .map(|tick| {
             let arc_on = tick >= s.arc_on_frame;
             let [burst_roll, cover_roll, smoke_roll] = [(); 3].map(|()| rng.random::<f64>());
-            let (burst_frames, cover_frames) =
-                (rng.random_range(BURST_FRAMES), rng.random_range(d.covers.frames[0]..=d.covers.frames[1]));
-            burst_left = burst_left.saturating_sub(1);
-            if arc_on && burst_left == 0 && burst_roll < d.spatter.burst_chance {
-                burst_left = burst_frames;
-            }
+            let cover_frames = rng.random_range(d.covers.frames[0]..=d.covers.frames[1]);
+            burst = arc_on && goes_on(burst, d.spatter.burst_share, burst_roll);
+            smoky = arc_on && goes_on(smoky, d.smoke.share, smoke_roll);
             cover_left = cover_left.saturating_sub(1);
             if arc_on && cover_left == 0 && cover_roll < d.covers.per_100_frames / 100.0 {
                 cover_left = cover_frames;
                 covers += 1;
             }
-            // A two-state chain whose stationary share is the stated one.
-            let stay = 1.0 - 1.0 / PUFF_FRAMES;
-            let begin = d.smoke.share / (1.0 - d.smoke.share) / PUFF_FRAMES;
-            smoky = arc_on && smoke_roll < if smoky { stay } else { begin };
             let log_normal = |x: f64, sd: f64| (x - 0.5 * sd * sd).exp();
-            let burst = burst_left > 0;
             let flicker = log_normal(flicker.step(rng), d.arc.flicker) * if burst { BURST_FLASH } else { 1.0 };
-            let opacity = (d.smoke.opacity * log_normal(smoke.step(rng), SMOKE_VARIATION)).min(0.95);
+            let opacity = (d.smoke.opacity * log_normal(smoke.step(rng), SMOKE_VARIATION)).min(0.8);
             Moment {
                 tick,
                 timestamp_s: 0.0,
@@ -167,6 +157,11 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
             }
         })
         .collect()
+}
+
+/// The next state of a two-state chain whose episodes last [`EPISODE_FRAMES`] and take the stated share of the time.
+fn goes_on(now: bool, share: f64, roll: f64) -> bool {
+    roll < if now { 1.0 - 1.0 / EPISODE_FRAMES } else { share / (1.0 - share) / EPISODE_FRAMES }
 }
 
 /// How much brighter the arc is in a burst (chosen).

@@ -66,9 +66,9 @@ impl Default for Arc {
 pub struct Spatter {
     /// Mean number of tracks in a frame, 0 to 500. Default 0.
     pub tracks: f64,
-    /// Chance that a burst begins in a frame, 0 to 1; a burst lasts several frames and brings four times the tracks
-    /// (at least 9), with slow defocused blobs and a flash. Default 0.
-    pub burst_chance: f64,
+    /// Share of the frames after arc-on that belong to a burst, 0 to 0.95. A burst lasts about three frames and brings
+    /// three times the tracks (at least 8), a drop that lands near the stripe, and a flash. Default 0.
+    pub burst_share: f64,
     /// Mean length of a track \[px\], 1 to 1000: motion blur. Default 28, chosen.
     pub length_px: f64,
     /// Fraction of the tracks that are slow, defocused blobs, 0 to 1. Default 0.2: real frames show both.
@@ -77,7 +77,7 @@ pub struct Spatter {
 
 impl Default for Spatter {
     fn default() -> Self {
-        Self { tracks: 0.0, burst_chance: 0.0, length_px: 28.0, blobs: 0.2 }
+        Self { tracks: 0.0, burst_share: 0.0, length_px: 28.0, blobs: 0.2 }
     }
 }
 
@@ -87,7 +87,8 @@ impl Default for Spatter {
 pub struct Smoke {
     /// Share of the frames after arc-on with smoke in them, 0 to 0.95; a puff lasts about three frames. Default 0.
     pub share: f64,
-    /// Mean opacity of a puff, 0 to 0.95; single wisps take up to about twice of it. Default 0.45, chosen.
+    /// Mean opacity of a puff, 0 to 0.95; single wisps take up to about twice of it. Default 0.3, chosen; 0.38 and
+    /// 0.45 when severe and heavy.
     pub opacity: f64,
     /// Size of the wisps \[px\], 2 to 2000. Default 70, chosen.
     pub wisp_px: f64,
@@ -97,7 +98,7 @@ pub struct Smoke {
 
 impl Default for Smoke {
     fn default() -> Self {
-        Self { share: 0.0, opacity: 0.45, wisp_px: 70.0, haze_grey: 55.0 }
+        Self { share: 0.0, opacity: 0.3, wisp_px: 70.0, haze_grey: 55.0 }
     }
 }
 
@@ -150,17 +151,17 @@ impl Severity {
     /// description (section 5), the middle of a range where one is given.
     #[must_use]
     pub fn disturbances(self) -> Disturbances {
-        let (glare_grey, tracks, burst_chance, share, covers) = match self {
-            Self::Clean => (0.0, 0.0, 0.0, 0.0, 0.0),
-            Self::Mild => (45.0, 3.25, 0.05, 0.22, 0.0),
-            Self::Medium => (75.0, 14.0, 0.075, 0.275, 0.0),
-            Self::Severe => (90.0, 18.0, 0.10, 0.34, 0.0),
-            Self::Heavy => (135.0, 38.0, 0.18, 0.50, 3.0),
+        let (glare_grey, tracks, burst_share, share, opacity, covers) = match self {
+            Self::Clean => (0.0, 0.0, 0.0, 0.0, 0.3, 0.0),
+            Self::Mild => (45.0, 3.25, 0.05, 0.22, 0.3, 0.0),
+            Self::Medium => (75.0, 14.0, 0.075, 0.275, 0.3, 0.0),
+            Self::Severe => (90.0, 18.0, 0.10, 0.34, 0.38, 0.0),
+            Self::Heavy => (135.0, 38.0, 0.18, 0.50, 0.45, 3.0),
         };
         Disturbances {
             arc: Arc { glare_grey, ..Arc::default() },
-            spatter: Spatter { tracks, burst_chance, ..Spatter::default() },
-            smoke: Smoke { share, ..Smoke::default() },
+            spatter: Spatter { tracks, burst_share, ..Spatter::default() },
+            smoke: Smoke { share, opacity, ..Smoke::default() },
             covers: Covers { per_100_frames: covers, frames: [2, 5], ..Covers::default() },
         }
     }
@@ -181,11 +182,11 @@ impl Disturbances {
             );
         }
         if !(within(spatter.tracks, 0.0, 500.0)
-            && within(spatter.burst_chance, 0.0, 1.0)
+            && within(spatter.burst_share, 0.0, 0.95)
             && within(spatter.length_px, 1.0, 1000.0)
             && within(spatter.blobs, 0.0, 1.0))
         {
-            return Some("spatter: tracks lie in 0..500, burst_chance and blobs in 0..1, length_px in 1..1000");
+            return Some("spatter: tracks lie in 0..500, burst_share in 0..0.95, blobs in 0..1, length_px in 1..1000");
         }
         if !(within(smoke.share, 0.0, 0.95)
             && within(smoke.opacity, 0.0, 0.95)
