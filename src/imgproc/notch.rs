@@ -27,6 +27,11 @@ const CENTROID_MIN_SUM_GREY: f32 = 300.0;
 const SOFT_Z: f32 = 4.0;
 /// Mean of an unsigned score without a seam, taken off so that the sum is near zero there.
 const UNSIGNED_MEAN: f32 = 0.67;
+/// Where the stripe is noisier than elsewhere (dimmed by smoke, mostly), its own scale counts: half width of the
+/// surroundings \[px\], the z-score a column adds to it at most, and the mean unsigned z-score of plain noise.
+const LOCAL_HALF_PX: usize = 30;
+const LOCAL_Z_LIMIT: f32 = 3.0;
+const MEAN_ABS_Z: f32 = 0.8;
 /// Fewer columns than this have no robust scale.
 const MIN_COLUMNS: usize = 20;
 
@@ -53,7 +58,7 @@ enum Sign {
 }
 
 impl NotchEvidence {
-    /// One score a column, dimensionless: near 0 on plain stripe, about 8 at a seam, 0 outside `band.inside`.
+    /// One score a column, dimensionless: near 0 on plain stripe, 5 to 8 at a seam, 0 outside `band.inside`.
     pub fn score(&mut self, band: &Band) -> &[f32] {
         let width = band.width_px();
         let mut background = std::mem::take(&mut self.background);
@@ -111,13 +116,10 @@ impl NotchEvidence {
             return;
         }
         let (median, sd) = robust_scale(&mut self.sample);
-        let kk = |n: &str, d: f32| std::env::var(n).map_or(d, |v| v.parse().unwrap_or(d));
-        let local_half = kk("LH", 30.0) as usize;
-        if local_half > 0 { self.sums.load(self.contrast.iter().map(|v| ((v - median) / sd).abs().min(3.0))); }
-        let lp = kk("LP", 1.0);
+        self.sums.load(self.contrast.iter().map(|value| ((value - median) / sd).abs().min(LOCAL_Z_LIMIT)));
         for (u, (score, &value)) in self.score.iter_mut().zip(&self.contrast).enumerate() {
-            let local = if local_half > 0 { (self.sums.mean(u, local_half) / 0.8).max(1.0).powf(lp) } else { 1.0 };
-            let z = (value - median) / sd / local;
+            let local = (self.sums.mean(u, LOCAL_HALF_PX) / MEAN_ABS_Z).max(1.0);
+            let z = (value - median) / (sd * local);
             *score += if sign == Sign::Dip { soft(z) } else { soft(z.abs()) - UNSIGNED_MEAN };
         }
     }
