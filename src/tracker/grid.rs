@@ -424,10 +424,8 @@ mod tests {
         }
         let before = grid.belief().clone();
         let evidence = row(55.0, 2.0);
-        let mut weights = Belief {
-            cells: (0..before.cells.len()).map(|i| ((i * 7919) % 101) as f32 / 101.0).collect(),
-            absent: 0.7,
-        };
+        let mut weights =
+            Belief { cells: (0..before.cells.len()).map(|i| ((i * 7919) % 101) as f32 / 101.0).collect(), absent: 0.7 };
         let dot = |a: &Belief, b: &Belief| -> f64 {
             let cells: f64 = a.cells.iter().zip(&b.cells).map(|(x, y)| f64::from(x * y)).sum();
             cells + f64::from(a.absent * b.absent)

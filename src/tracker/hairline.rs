@@ -98,8 +98,8 @@ impl HairlineTracker {
         let convinced = estimate.presence >= CONFIRM_PRESENCE && estimate.confidence >= CONFIRM_CONFIDENCE;
         self.convinced_frames = if convinced { self.convinced_frames + 1 } else { 0 };
         let was_confirmed = self.confirmed;
-        self.confirmed = self.convinced_frames >= CONFIRM_FRAMES
-            || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
+        self.confirmed =
+            self.convinced_frames >= CONFIRM_FRAMES || (self.confirmed && estimate.presence > GIVE_UP_PRESENCE);
         if was_confirmed && !self.confirmed {
             self.template.forget();
         }
@@ -155,4 +155,55 @@ fn may_learn(band: &Band, score: &[f32], u_px: f64) -> bool {
     };
     score[near(LEARN_REACH_PX)].iter().any(|&score| score > LEARN_SCORE)
         && !band.hot()[near(LEARN_HOT_REACH_PX)].contains(&true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::{Scene, builtin};
+    use crate::units::StripeAxis;
+
+    fn scene(name: &str, frames: usize) -> Scene {
+        let mut scenario = builtin::scenario(name).unwrap();
+        scenario.frames = frames;
+        scenario.image.stripe = StripeAxis::Horizontal;
+        (scenario.image.width_px, scenario.image.height_px) = (448, 384);
+        scenario.recorder.repeated = 0.0;
+        Scene::new(&scenario, 1).unwrap()
+    }
+
+    #[test]
+    fn a_made_up_hairline_in_an_arc_is_found_and_followed() {
+        let scene = scene("hairline-medium", 60);
+        let mut tracker = HairlineTracker::default();
+        let mut clear = 0;
+        for i in 0..60 {
+            let Some(estimate) = tracker.step(&scene.render(i)) else { continue };
+            if estimate.presence == SeamPresence::Present {
+                clear += 1;
+                let truth = scene.truth(i).seam.unwrap();
+                assert!((estimate.seam.u_px - truth.u_px).abs() < 5.0, "frame {i}: {estimate:?}, truth {truth:?}");
+                assert!((estimate.seam.v_px - truth.v_px).abs() < 3.0, "frame {i}: {estimate:?}, truth {truth:?}");
+            }
+        }
+        assert!(clear > 30, "clear on {clear} of 60 frames");
+    }
+
+    #[test]
+    fn a_flat_plate_has_no_seam() {
+        let scene = scene("flat", 60);
+        let mut tracker = HairlineTracker::default();
+        for i in 0..60 {
+            let estimate = tracker.step(&scene.render(i));
+            assert!(estimate.is_none_or(|e| e.presence == SeamPresence::Seeking), "frame {i}: {estimate:?}");
+        }
+    }
+
+    #[test]
+    fn a_frame_without_a_stripe_gives_nothing_and_does_not_disturb() {
+        let mut tracker = HairlineTracker::default();
+        assert!(tracker.step(&GrayFrame::filled(448, 384, 40).unwrap()).is_none());
+        assert!(tracker.step(&GrayFrame::filled(1, 1, 40).unwrap()).is_none());
+        assert!(tracker.step(&scene("flat", 1).render(0)).is_some());
+    }
 }
