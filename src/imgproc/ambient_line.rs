@@ -100,3 +100,28 @@ fn add_shifted(sum: &mut [f32], row: &[f32], shift: isize) {
         *s += r;
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::rectify::StripeRectifier;
+    use super::*;
+
+    #[test]
+    fn a_faint_slanted_line_on_both_sides_points_to_where_it_crosses_the_stripe() {
+        let (width, height) = (300_usize, 200);
+        let pixels = (0..width * height)
+            .map(|i| {
+                let (u, v) = ((i % width) as f64, (i / width) as f64);
+                let plate = 40.0 + 3.0 * ((i * 7919 % 101) as f64 / 101.0 - 0.5);
+                let line = -4.0 * (-0.5 * ((u - 140.0 - 0.3 * (v - 100.0)) / 1.2).powi(2)).exp();
+                (plate + line + 210.0 * (-0.5 * ((v - 100.0) / 2.4).powi(2)).exp()).round() as u8
+            })
+            .collect();
+        let frame = GrayFrame::new(width, height, pixels).unwrap();
+        let mut rectifier = StripeRectifier::default();
+        let band = rectifier.rectify(&frame).unwrap().clone();
+        let score = AmbientLine::default().score(&frame, &band).to_vec();
+        let best = (0..width).fold(0, |best, u| if score[u] > score[best] { u } else { best });
+        assert!(best.abs_diff(140) <= 2 && score[best] > 1.0, "{best}: {}", score[best]);
+    }
+}

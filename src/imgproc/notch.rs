@@ -9,6 +9,14 @@ use super::rectify::{BAND_HALF_PX, Band};
 
 /// Centre and flanks along the stripe (prototype: ±1 px against 4 to 9 px).
 const HAIRLINE: Contrast = Contrast { centre: 1, guard: 3, outer: 9 };
+/// The same for gaps of about 7, 13 and 21 px, so that one score covers a butt joint from hairline to gap (chosen). Only
+/// a z-score above the last counts, as the best of three is taken.
+const GAPS: [Contrast; 3] = [
+    Contrast { centre: 3, guard: 5, outer: 12 },
+    Contrast { centre: 6, guard: 8, outer: 18 },
+    Contrast { centre: 10, guard: 12, outer: 26 },
+];
+const GAP_FROM_Z: f32 = 2.0;
 /// A step of brightness is the difference of the means of so many columns on both sides (chosen).
 const STEP_PX: usize = 8;
 /// Rows of the core, of the stripe's two flanks, and of its centroid \[px from the line\].
@@ -27,6 +35,13 @@ const CENTROID_MIN_SUM_GREY: f32 = 300.0;
 const SOFT_Z: f32 = 4.0;
 /// Mean of an unsigned score without a seam, taken off so that the sum is near zero there.
 const UNSIGNED_MEAN: f32 = 0.67;
+/// Where the stripe is noisier than elsewhere (dimmed by smoke, mostly), its own scale counts: half width of the
+/// surroundings \[px\], the z-score a column adds to it at most, and the mean unsigned z-score of plain noise.
+const LOCAL_HALF_PX: usize = 30;
+const LOCAL_Z_LIMIT: f32 = 3.0;
+const MEAN_ABS_Z: f32 = 0.8;
+/// No feature has a smaller deviation, in logarithms or pixels: a perfectly even stripe is no measure (chosen).
+const LEAST_SD: f32 = 0.02;
 /// Fewer columns than this have no robust scale.
 const MIN_COLUMNS: usize = 20;
 
@@ -36,24 +51,23 @@ pub struct NotchEvidence {
     background: Vec<f32>,
     sums: RunningSums,
     feature: Vec<f32>,
-    contrast: Vec<f32>,
+    z: Vec<f32>,
+    gap_z: Vec<f32>,
     sample: Vec<f32>,
     score: Vec<f32>,
 }
 
-/// What of a feature along the stripe speaks for a seam.
+/// What of a feature along the stripe is looked at.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Sign {
-    /// A value lower than on both sides.
-    Dip,
-    /// A value lower or higher than on both sides.
-    DipOrBump,
-    /// A value that differs between the sides.
+enum Shape {
+    /// How much lower it is than on both sides.
+    Dip(Contrast),
+    /// How much it differs between the sides.
     Step,
 }
 
 impl NotchEvidence {
-    /// One score a column, dimensionless: near 0 on plain stripe, about 8 at a seam, 0 outside `band.inside`.
+    /// One score a column, dimensionless: near 0 on plain stripe, 5 to 8 at a seam, 0 outside `band.inside`.
     pub fn score(&mut self, band: &Band) -> &[f32] {
         let width = band.width_px();
         let mut background = std::mem::take(&mut self.background);
@@ -68,8 +82,11 @@ impl NotchEvidence {
 
         self.feature.clear();
         self.feature.extend((0..width).map(|u| log_mean(-CORE_HALF_PX..=CORE_HALF_PX, CORE_FLOOR_GREY, u)));
-        self.add_feature(band, Sign::Dip);
-        self.add_feature(band, Sign::Step);
+        self.fill_z(band, Shape::Dip(HAIRLINE));
+        self.add(soft);
+        self.add_gap(band);
+        self.fill_z(band, Shape::Step);
+        self.add(either_sign);
 
         self.feature.clear();
         self.feature.extend((0..width).map(|u| {
@@ -81,12 +98,14 @@ impl NotchEvidence {
             }
             moment / sum.max(CENTROID_MIN_SUM_GREY)
         }));
-        self.add_feature(band, Sign::DipOrBump);
+        self.fill_z(band, Shape::Dip(HAIRLINE));
+        self.add(either_sign);
 
         for rows in [-FLANK_ROWS.end()..=-FLANK_ROWS.start(), FLANK_ROWS] {
             self.feature.clear();
             self.feature.extend((0..width).map(|u| log_mean(rows.clone(), FLANK_FLOOR_GREY, u)));
-            self.add_feature(band, Sign::DipOrBump);
+            self.fill_z(band, Shape::Dip(HAIRLINE));
+            self.add(either_sign);
         }
         for (u, score) in self.score.iter_mut().enumerate() {
             if !band.inside.contains(&u) {
@@ -97,32 +116,55 @@ impl NotchEvidence {
         &self.score
     }
 
-    /// Adds the soft robust z-score of the contrast of `self.feature` to the score.
-    fn add_feature(&mut self, band: &Band, sign: Sign) {
+    /// Adds what each column's z-score is worth.
+    fn add(&mut self, worth: impl Fn(f32) -> f32) {
+        for (score, &z) in self.score.iter_mut().zip(&self.z) {
+            *score += worth(z);
+        }
+    }
+
+    /// Adds the best of the gap widths.
+    fn add_gap(&mut self, band: &Band) {
+        self.gap_z.clear();
+        self.gap_z.resize(band.width_px(), GAP_FROM_Z);
+        for gap in GAPS {
+            self.fill_z(band, Shape::Dip(gap));
+            for (best, &z) in self.gap_z.iter_mut().zip(&self.z) {
+                *best = best.max(z);
+            }
+        }
+        for (score, &z) in self.score.iter_mut().zip(&self.gap_z) {
+            *score += soft(z - GAP_FROM_Z);
+        }
+    }
+
+    /// Robust z-scores of a shape of `self.feature`; all zero when the stripe is too short to have a scale.
+    fn fill_z(&mut self, band: &Band, shape: Shape) {
         self.sums.load(self.feature.iter().copied());
-        self.contrast.clear();
-        self.contrast.extend((0..band.width_px()).map(|u| match sign {
-            Sign::Dip | Sign::DipOrBump => -self.sums.contrast(u, HAIRLINE),
-            Sign::Step => self.sums.step(u, STEP_PX),
+        self.z.clear();
+        self.z.extend((0..band.width_px()).map(|u| match shape {
+            Shape::Dip(contrast) => -self.sums.contrast(u, contrast),
+            Shape::Step => self.sums.step(u, STEP_PX),
         }));
         self.sample.clear();
-        self.sample.extend(band.inside.clone().filter(|&u| !band.hot()[u]).map(|u| self.contrast[u]));
+        self.sample.extend(band.inside.clone().filter(|&u| !band.hot()[u]).map(|u| self.z[u]));
         if self.sample.len() < MIN_COLUMNS {
+            self.z.fill(0.0);
             return;
         }
         let (median, sd) = robust_scale(&mut self.sample);
-        let kk = |n: &str, d: f32| std::env::var(n).map_or(d, |v| v.parse().unwrap_or(d));
-        let local_half = kk("LH", 30.0) as usize;
-        if local_half > 0 {
-            self.sums.load(self.contrast.iter().map(|v| ((v - median) / sd).abs().min(3.0)));
-        }
-        let lp = kk("LP", 1.0);
-        for (u, (score, &value)) in self.score.iter_mut().zip(&self.contrast).enumerate() {
-            let local = if local_half > 0 { (self.sums.mean(u, local_half) / 0.8).max(1.0).powf(lp) } else { 1.0 };
-            let z = (value - median) / sd / local;
-            *score += if sign == Sign::Dip { soft(z) } else { soft(z.abs()) - UNSIGNED_MEAN };
+        let sd = sd.max(LEAST_SD);
+        self.sums.load(self.z.iter().map(|value| ((value - median) / sd).abs().min(LOCAL_Z_LIMIT)));
+        for (u, z) in self.z.iter_mut().enumerate() {
+            let local = (self.sums.mean(u, LOCAL_HALF_PX) / MEAN_ABS_Z).max(1.0);
+            *z = (*z - median) / (sd * local);
         }
     }
+}
+
+/// The worth of a feature that may differ by either sign.
+fn either_sign(z: f32) -> f32 {
+    soft(z.abs()) - UNSIGNED_MEAN
 }
 
 /// Linear up to about [`SOFT_Z`], logarithmic beyond.
@@ -138,7 +180,54 @@ pub(crate) fn robust_scale(sample: &mut [f32]) -> (f32, f32) {
         *value = (*value - median).abs();
     }
     let mad = *sample.select_nth_unstable_by(middle, f32::total_cmp).1;
-    (median, 1.4826 * mad + 1e-6)
+    (median, 1.4826 * mad)
 }
 
 const _: () = assert!(CENTROID_HALF_PX as usize <= BAND_HALF_PX);
+
+#[cfg(test)]
+mod tests {
+    use super::super::rectify::StripeRectifier;
+    use super::*;
+    use crate::frame::GrayFrame;
+
+    /// A saturated stripe with a speckle that repeats every 61 columns, its light changed by `light(u)`.
+    fn score(light: impl Fn(usize) -> f64) -> Vec<f32> {
+        let (width, height) = (400, 100);
+        let pixels = (0..width * height)
+            .map(|i| {
+                let (u, v) = (i % width, i / width);
+                let d = v as f64 - 50.0;
+                let speckle = 0.75 + 0.5 * ((u * 37 + v * 11) % 61) as f64 / 61.0;
+                (20.0 + 300.0 * light(u) * speckle * (-0.5 * (d / 2.4).powi(2)).exp()).min(255.0) as u8
+            })
+            .collect();
+        let frame = GrayFrame::new(width, height, pixels).unwrap();
+        let mut rectifier = StripeRectifier::default();
+        NotchEvidence::default().score(rectifier.rectify(&frame).unwrap()).to_vec()
+    }
+
+    fn best(score: &[f32]) -> usize {
+        (0..score.len()).fold(0, |best, u| if score[u] > score[best] { u } else { best })
+    }
+
+    #[test]
+    fn a_narrow_notch_scores_highest_where_it_is() {
+        let score = score(|u| if (179..=181).contains(&u) { 0.2 } else { 1.0 });
+        assert!(best(&score).abs_diff(180) <= 1, "{}", best(&score));
+        assert!(score[180] > 5.0, "{}", score[180]);
+    }
+
+    #[test]
+    fn a_gap_of_thirteen_pixels_scores_within_it() {
+        let score = score(|u| if (174..=186).contains(&u) { 0.05 } else { 1.0 });
+        assert!(best(&score).abs_diff(180) <= 7, "{}", best(&score));
+        assert!(score[180] > 5.0, "{}", score[180]);
+    }
+
+    #[test]
+    fn a_plain_stripe_scores_nowhere_like_a_seam() {
+        let score = score(|_| 1.0);
+        assert!(score.iter().all(|&s| s < 5.0), "{}", score[best(&score)]);
+    }
+}

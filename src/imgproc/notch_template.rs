@@ -121,3 +121,39 @@ impl NotchTemplate {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::rectify::StripeRectifier;
+    use super::*;
+    use crate::frame::GrayFrame;
+
+    /// A stripe with a speckle of its own in each frame and a notch at `notch`.
+    fn frame(number: usize, notch: usize) -> GrayFrame {
+        let (width, height) = (300, 80);
+        let pixels = (0..width * height)
+            .map(|i| {
+                let (u, v) = (i % width, i / width);
+                let speckle = 0.6 + 0.8 * ((i * 7919 + number * 104_729) % 211) as f64 / 211.0;
+                let light = if u.abs_diff(notch) <= 1 { 0.4 } else { 1.0 };
+                (20.0 + 200.0 * light * speckle * (-0.5 * ((v as f64 - 40.0) / 2.4).powi(2)).exp()) as u8
+            })
+            .collect();
+        GrayFrame::new(width, height, pixels).unwrap()
+    }
+
+    #[test]
+    fn a_learned_look_is_recognised_at_another_place_and_forgotten_on_demand() {
+        let (mut rectifier, mut template) = (StripeRectifier::default(), NotchTemplate::default());
+        for number in 0..20 {
+            let band = rectifier.rectify(&frame(number, 120)).unwrap();
+            template.log_ratio(band);
+            template.learn(120.0);
+        }
+        let log_ratio = template.log_ratio(rectifier.rectify(&frame(77, 200)).unwrap()).to_vec();
+        let best = (0..300).fold(0, |best, u| if log_ratio[u] > log_ratio[best] { u } else { best });
+        assert!(best.abs_diff(200) <= 1 && log_ratio[best] > 1.0, "{best}: {}", log_ratio[best]);
+        template.forget();
+        assert!(template.log_ratio(rectifier.rectify(&frame(78, 200)).unwrap()).iter().all(|&x| x == 0.0));
+    }
+}

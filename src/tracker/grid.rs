@@ -233,7 +233,7 @@ impl GridFilter {
         let near = near_cells((u_px * CELLS_PER_PX as f64).round() as usize, OBSERVATION_REACH_PX, self.cells());
         let best = self.likelihood[near.clone()].iter().copied().fold(0.0, f32::max);
         let moments = Moments::of(&self.likelihood, near);
-        (best > 1.0).then(|| LocalObservation { u_px: moments.mean_px, sd_px: moments.sd_px })
+        (best > 1.0).then_some(LocalObservation { u_px: moments.mean_px, sd_px: moments.sd_px })
     }
 
     pub(super) const fn belief(&self) -> &Belief {

@@ -8,7 +8,6 @@ use seamtrack::frame::GrayFrame;
 
 /// One frame of a scan, its stripe turned horizontal, with the reference along the stripe.
 pub struct Shot {
-    pub number: u32,
     pub frame: GrayFrame,
     pub repeated: bool,
     /// u of the annotated seam \[px\], where the annotator saw one.
@@ -40,7 +39,6 @@ pub fn scan(folder: &Path, name: &str) -> Vec<Shot> {
         let row: std::collections::BTreeMap<String, String> = row.unwrap();
         let frame = read_gray(&folder.join("frames").join(&row["file"])).transposed();
         shots.push(Shot {
-            number: row["frame"].parse().unwrap(),
             repeated: shots.last().is_some_and(|last| last.frame == frame),
             frame,
             reference_px: row["seam_y"].parse().ok(),
