@@ -1,4 +1,5 @@
 //! Headless Chromium, driven by its DevTools protocol over a pipe: no driver program, no port, no network.
+#![expect(clippy::unwrap_used, clippy::panic, reason = "a browser that does not answer fails the test")]
 
 use std::io::{BufRead, BufReader, Read, Write};
 use std::path::{Path, PathBuf};

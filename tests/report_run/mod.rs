@@ -1,5 +1,6 @@
 //! A results directory as `track` would leave it, from a made-up run: a stripe with a gap that wanders on a sine,
 //! covered twice, with a KCF that strays while it is covered.
+#![expect(clippy::unwrap_used, reason = "a test that cannot make its input must fail")]
 
 use std::f64::consts::TAU;
 use std::path::Path;
