@@ -84,23 +84,34 @@ struct Feature {
 /// Returns nothing when there is no jump, or two places of like strength: a seam is never invented.
 #[must_use]
 pub fn find(line: &Centreline, settings: &SeedSettings) -> Option<SeamFeatures> {
-    let (first, end) = line.extent(settings.widest_joint_px)?;
+    match candidates(line, settings).as_slice() {
+        [] => None,
+        [(best, _)] => Some(*best),
+        [(best, strength), (_, rival), ..] => (*strength >= settings.least_dominance * rival).then_some(*best),
+    }
+}
+
+/// Every cluster of jumps and breaks well inside the stripe with its strength \[px\], the strongest first.
+#[must_use]
+pub fn candidates(line: &Centreline, settings: &SeedSettings) -> Vec<(SeamFeatures, f32)> {
+    let Some((first, end)) = line.extent(settings.widest_joint_px) else { return vec![] };
     if end - first < settings.least_stripe_px.max(2 * settings.end_margin_px + 2) {
-        return None;
+        return vec![];
     }
     let inner = first + settings.end_margin_px..end - settings.end_margin_px;
     let points: Vec<(usize, f32)> = inner.filter_map(|u| line.at(u).map(|v| (u, v))).collect();
     let features = features(&median_of_five(&points), settings);
-    let clusters = clusters(&features, settings);
-    let strength = |c: &[Feature]| c.iter().map(|f| f.strength_px).fold(0.0f32, f32::max);
-    let best = clusters.iter().max_by(|a, b| strength(a).total_cmp(&strength(b)))?;
-    let rival = clusters.iter().filter(|c| c.as_ptr() != best.as_ptr()).map(|c| strength(c)).fold(0.0f32, f32::max);
-    if strength(best) < settings.least_dominance * rival {
-        return None;
-    }
-    let (before, behind) = (best.first()?.before, best.last()?.behind);
     let point = |(u, v): (usize, f32)| PixelPoint::new(u as f64, f64::from(v));
-    Some(SeamFeatures { before: point(before), behind: point(behind) })
+    let mut found: Vec<(SeamFeatures, f32)> = clusters(&features, settings)
+        .into_iter()
+        .filter_map(|cluster| {
+            let strength = cluster.iter().map(|f| f.strength_px).fold(0.0f32, f32::max);
+            let (before, behind) = (cluster.first()?.before, cluster.last()?.behind);
+            Some((SeamFeatures { before: point(before), behind: point(behind) }, strength))
+        })
+        .collect();
+    found.sort_by(|a, b| b.1.total_cmp(&a.1));
+    found
 }
 
 /// The ordinates through a median of five: single wild columns go, jumps stay where they are.

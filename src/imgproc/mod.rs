@@ -16,7 +16,7 @@ mod stripe_line;
 pub use ambient_line::AmbientLine;
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
 pub use cv::{MedianError, MedianKernel, median};
-pub use features::{SeamFeatures, SeamRoi, SeedSettings, find as find_seam_features};
+pub use features::{SeamFeatures, SeamRoi, SeedSettings, candidates as seam_candidates, find as find_seam_features};
 pub use notch::NotchEvidence;
 pub use notch_template::NotchTemplate;
 pub use rectify::{BAND_HALF_PX, BAND_ROWS, Band, StripeRectifier};

@@ -30,8 +30,12 @@ const STEP_PX: f64 = 0.25;
 const EDGE_WIDTH_PX: f64 = 0.5;
 /// Bound of a column's squared mismatch.
 const TRUNCATION: f64 = 0.8;
-/// How far from its line a lit ridge may lie \[px\] (SD).
-const PRESENCE_SD_PX: f64 = 4.5;
+/// How far from its line the ridge of a lit column may lie \[px\] (SD): bent edges by 3.5 px are still the plate, the
+/// bottom of a gap 7 px deep is not.
+const PRESENCE_SD_PX: f64 = 3.0;
+/// SD of the preference for the line when a column's ridge is sought \[px\]: weak, so that the brightest ridge decides
+/// whether the plate or the gap's bottom is seen.
+const PRESENCE_PRIOR_SD_PX: f64 = 8.0;
 /// Presence as a share of the side's amplitude that counts as dark, and the range up to lit.
 const DARK_SHARE: f64 = 0.05;
 const LIT_RANGE: f64 = 0.22;
@@ -104,7 +108,7 @@ fn presence(
     side: &SideFit,
     section: &CrossSection,
 ) -> Presence {
-    let search = Search { half_band_px: 10, prior_sd_px: 3.2 };
+    let search = Search { half_band_px: 16, prior_sd_px: PRESENCE_PRIOR_SD_PX };
     let points = ridge(frame, stretch, |u| side.line.at(u - u_px), section, search);
     let lit = points
         .iter()

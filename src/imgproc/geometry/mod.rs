@@ -1,8 +1,8 @@
 //! Stripe geometry: the joint's centre from the stripe on its two sides, near a prediction.
 //!
-//! Along each side's predicted line the stripe's ridge is sought across the stripe ([`ridge`]), a line is fitted
-//! robustly through it ([`line`]), and the centre is where the two lines meet (V-groove, fillet: [`corner`]) or the
-//! middle between the ends of the stripe on them (butt, lap: [`edges`]).
+//! Along each side's predicted line the stripe's ridge is sought across the stripe, a line is fitted
+//! robustly through it, and the centre is where the two lines meet (V-groove, fillet) or the
+//! middle between the ends of the stripe on them (butt, lap).
 
 mod corner;
 mod edges;
@@ -134,7 +134,20 @@ const LARGEST_COST: f64 = 0.2;
 /// Least margin over the next-best place. Prototype.
 const LEAST_MARGIN: f64 = 1.0;
 
+/// What a fit must show to be believed by itself. Chosen between clean and disturbed frames.
+const CLEAR_SUPPORT: f64 = 0.5;
+const CLEAR_RESIDUAL_PX: f64 = 0.8;
+const CLEAR_COST: f64 = 0.1;
+
 impl JointFit {
+    /// Whether the fit is so good that no second frame need confirm it.
+    #[must_use]
+    pub fn is_clear(&self) -> bool {
+        self.support > CLEAR_SUPPORT
+            && self.residual_px < CLEAR_RESIDUAL_PX
+            && self.edges.is_none_or(|edges| edges.cost < CLEAR_COST)
+    }
+
     /// The fit again, or why it cannot be trusted.
     ///
     /// # Errors

@@ -2,7 +2,7 @@
 
 use nalgebra::SMatrix;
 
-use super::filter::{self, PROCESS_NOISE};
+use super::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
 use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
 
 /// A measurement as the filter took it.
@@ -53,14 +53,18 @@ impl History {
     }
 
     /// Position and its variance in each frame given all frames, its process noise by maximum likelihood.
-    pub fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
+    ///
+    /// `noise` is the scale of the measurements' noise.
+    pub fn smoothed(&self, noise: f64) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
         if self.frames.iter().all(|frame| frame.z[0].is_none()) {
             return Ok(vec![None; self.places.len()]);
         }
-        let model =
-            filter::model(PROCESS_NOISE[1], 0.1).map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
+        let model = filter::model(PROCESS_NOISE[1], 0.1, noise)
+            .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
-        let at = |&place: &usize| smoothed.states[place].map(|state| (state.x[0], state.P[(0, 0)].max(0.0)));
+        let at = |&place: &usize| {
+            smoothed.states[place].map(|state| (state.x[0], state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2))
+        };
         Ok(self.places.iter().map(at).collect())
     }
 }

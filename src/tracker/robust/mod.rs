@@ -4,10 +4,12 @@
 
 mod filter;
 mod history;
+mod noise;
 mod seed;
 
-use self::filter::SeamFilter;
+use self::filter::{SeamFilter, VIBRATION_VARIANCE_PX2};
 use self::history::{History, Measured};
+use self::noise::NoiseScale;
 use self::seed::Seed;
 use super::estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
 use super::{Follow, TrackerError};
@@ -54,9 +56,11 @@ const REFUSE_NIS: f64 = 16.0;
 const INFLATE_NIS: f64 = 4.0;
 /// Refused measurements that agree with each other and make the filter start anew. Prototype.
 const AGREEING_REFUSALS: usize = 3;
+/// As many are enough when each is clear by itself.
+const AGREEING_CLEAR_REFUSALS: usize = 2;
 /// How far they may lie from one straight line \[px\], and its steepest slope \[px/frame\].
 const AGREEMENT_PX: f64 = 1.5;
-const STEEPEST_SLOPE_PX: f64 = 4.0;
+const STEEPEST_SLOPE_PX: f64 = 8.0;
 /// σ of the prediction above which the seam is lost \[px\]: 2.5 σ are 1 mm at 0.073 mm/px.
 const LOST_STD_PX: f64 = 5.0;
 /// Frames without geometry after which the seam is lost.
@@ -67,6 +71,7 @@ const LOST_FRAMES: u32 = 30;
 struct Refused {
     frame: f64,
     u_px: f64,
+    clear: bool,
 }
 
 /// A seam that is being followed.
@@ -92,6 +97,9 @@ pub struct RobustTracker {
     pending: Vec<Seed>,
     clock: Clock,
     history: History,
+    noise: NoiseScale,
+    /// Sum and number of the noise scales in use, for the smoother.
+    noise_used: (f64, f64),
     last: Option<Estimate>,
 }
 
@@ -131,6 +139,8 @@ impl RobustTracker {
             pending: vec![],
             clock: Clock::default(),
             history: History::default(),
+            noise: NoiseScale::default(),
+            noise_used: (0.0, 0.0),
             last: None,
         })
     }
@@ -176,7 +186,8 @@ impl RobustTracker {
 impl Following {
     fn seam(&self) -> SeamEstimate {
         let (u_px, variance) = self.filter.position();
-        SeamEstimate { centre: PixelPoint::new(u_px, self.v_px), std_px: variance.sqrt() }
+        let std_px = (variance + VIBRATION_VARIANCE_PX2).sqrt();
+        SeamEstimate { centre: PixelPoint::new(u_px, self.v_px), std_px }
     }
 
     /// The best geometry fit near the prediction, or near the KCF's peak where that is elsewhere.
@@ -228,7 +239,9 @@ impl Following {
     /// Whether the last refused fits agree on a straight path: its position and slope now.
     fn agreement(&self, now: f64) -> Option<(f64, f64)> {
         let recent: Vec<&Refused> = self.refused.iter().rev().take(4).filter(|r| r.frame >= now - 4.0).collect();
-        if recent.len() < AGREEING_REFUSALS {
+        let clear = recent.iter().filter(|r| r.clear).count() == recent.len();
+        let needed = if clear && !self.lost { AGREEING_CLEAR_REFUSALS } else { AGREEING_REFUSALS };
+        if recent.len() < needed {
             return None;
         }
         let n = recent.len() as f64;
@@ -246,6 +259,9 @@ impl RobustTracker {
     fn follow(&mut self, frame: &GrayFrame, frames: f64) -> Result<Estimate, TrackerError> {
         let now = self.clock.frames;
         let Some(following) = &mut self.following else { return self.seek(frame) };
+        let noise = self.noise.scale();
+        self.noise_used = (self.noise_used.0 + noise, self.noise_used.1 + 1.0);
+        following.filter.set_noise(noise);
         following.filter.predict(frames)?;
         let (predicted_u, variance) = following.filter.position();
         let response = self.kcf.detect(frame, PixelPoint::new(predicted_u, following.v_px));
@@ -265,21 +281,22 @@ impl RobustTracker {
         match fit {
             Ok(fit) => {
                 let always = following.unseen >= 8 && !following.lost;
-                let (nis, measured) = following.take(fit.centre.u_px, GEOMETRY_VARIANCE_PX2, always)?;
+                let geometry_variance = noise * GEOMETRY_VARIANCE_PX2;
+                self.noise.push(Some(fit.centre.u_px));
+                let (nis, measured) = following.take(fit.centre.u_px, geometry_variance, always)?;
                 estimate.nis = Some(nis);
                 estimate.observation = Observation::Geometry;
                 taken = measured;
                 if taken.is_none() || following.lost {
                     estimate.observation = Observation::Refused;
-                    following.refused.push(Refused { frame: now, u_px: fit.centre.u_px });
+                    following.refused.push(Refused { frame: now, u_px: fit.centre.u_px, clear: fit.is_clear() });
                     taken = None;
                     if let Some((u_px, slope)) = following.agreement(now) {
-                        let slope = slope.clamp(-2.5, 2.5);
                         following.filter = SeamFilter::start(u_px, slope, [1.5, 0.5])?;
                         following.refused.clear();
                         following.lost = false;
                         estimate.observation = Observation::Reacquired;
-                        taken = Some(Measured { u_px: fit.centre.u_px, variance_px2: GEOMETRY_VARIANCE_PX2 });
+                        taken = Some(Measured { u_px: fit.centre.u_px, variance_px2: geometry_variance });
                     }
                 }
                 if taken.is_some() {
@@ -299,6 +316,7 @@ impl RobustTracker {
                 }
             }
             Err(refusal) => {
+                self.noise.push(None);
                 estimate.observation = Observation::GeometryRefused(refusal);
                 following.unseen += 1;
                 if kcf.psr_ratio >= LEAST_PSR_RATIO && following.unseen <= KCF_ALONE_FRAMES && !following.lost {
@@ -390,6 +408,7 @@ impl Follow for RobustTracker {
     }
 
     fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
-        Ok(self.history.smoothed()?)
+        let (sum, count) = self.noise_used;
+        Ok(self.history.smoothed(if count > 0.0 { sum / count } else { 1.0 })?)
     }
 }

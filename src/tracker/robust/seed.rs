@@ -2,20 +2,17 @@
 
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, learn};
-use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_centreline, find_seam_features};
+use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_centreline, seam_candidates};
 use crate::units::PixelPoint;
 
 /// Arm of the second difference that shows a corner \[px\]. Prototype.
 const CORNER_ARM_PX: usize = 18;
 /// Least second difference of a corner over the arms \[px\]: a bend of 0.2 in slope. Chosen.
 const LEAST_CORNER_PX: f32 = 3.6;
+/// Places of a frame that are looked at closely.
+const MOST_CANDIDATES: usize = 6;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
-/// What a fit must show to be believed without a second frame.
-const CLEAR_SUPPORT: f64 = 0.5;
-const CLEAR_RESIDUAL_PX: f64 = 0.8;
-const CLEAR_COST: f64 = 0.1;
-
 /// A joint found in a frame.
 #[derive(Debug, Clone)]
 pub struct Seed {
@@ -34,7 +31,9 @@ pub fn find(frame: &GrayFrame, kind: JointKind, asked: Option<PixelPoint>) -> (b
     let seen = line.extent(settings.widest_joint_px).is_some();
     let candidates = match asked {
         Some(point) => vec![point],
-        None if kind.has_edges() => find_seam_features(&line, &settings).map(|f| f.centre()).into_iter().collect(),
+        None if kind.has_edges() => {
+            seam_candidates(&line, &settings).iter().take(MOST_CANDIDATES).map(|(f, _)| f.centre()).collect()
+        }
         None => corners(&line, kind),
     };
     let seeds = candidates.into_iter().filter_map(|candidate| refine(frame, kind, candidate));
@@ -50,10 +49,7 @@ fn refine(frame: &GrayFrame, kind: JointKind, candidate: PixelPoint) -> Option<S
     let mut model = learn(frame, candidate, kind)?;
     let fit = model.fit(frame, candidate.u_px, 0.0, SEARCH_PX).ok()?.judged().ok()?;
     model.learn(&fit);
-    let clear = fit.support > CLEAR_SUPPORT
-        && fit.residual_px < CLEAR_RESIDUAL_PX
-        && fit.edges.is_none_or(|edges| edges.cost < CLEAR_COST);
-    Some(Seed { model, fit, clear })
+    Some(Seed { clear: fit.is_clear(), model, fit })
 }
 
 /// The strongest bends of the centreline, of the sign that the kind has: a V-groove's root lies lower than its flanks
