@@ -34,9 +34,7 @@ fn bare(name: &str) -> Scenario {
 
 /// Grey over the background, summed over a band of rows, for each column.
 fn light_in_rows(frame: &GrayFrame, rows: std::ops::Range<usize>) -> Vec<f64> {
-    (0..frame.width_px())
-        .map(|u| rows.clone().map(|v| f64::from(frame.row(v)[u].saturating_sub(9))).sum())
-        .collect()
+    (0..frame.width_px()).map(|u| rows.clone().map(|v| f64::from(frame.row(v)[u].saturating_sub(9))).sum()).collect()
 }
 
 /// Where a profile crosses half its height, going down or up, nearest to `from`.
@@ -55,7 +53,8 @@ fn the_same_seed_gives_the_same_bytes_on_any_number_of_threads_in_any_order() {
         let forwards: Vec<GrayFrame> = (0..24).map(|i| scene.render(i)).collect();
         let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
         let again = Scene::new(&Scenario { frames: 24, ..built_in(name) }, 5).unwrap();
-        let backwards: Vec<GrayFrame> = pool.install(|| (0..24).into_par_iter().rev().map(|i| again.render(i)).collect());
+        let backwards: Vec<GrayFrame> =
+            pool.install(|| (0..24).into_par_iter().rev().map(|i| again.render(i)).collect());
         assert!(forwards.iter().eq(backwards.iter().rev()), "{name}");
         let other = Scene::new(&built_in(name), 6).unwrap();
         assert_ne!(forwards[3], other.render(3), "{name}: another seed is another recording");
