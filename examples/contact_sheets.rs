@@ -46,7 +46,8 @@ fn main() -> Result<()> {
 }
 
 fn write_sheet(file: &Path, scenes: &[&str]) -> Result<()> {
-    let coarse = |grey: &mut u8| *grey = ((f32::from(*grey) / f32::from(GREY_STEP)).round() as u8).saturating_mul(GREY_STEP);
+    let coarse =
+        |grey: &mut u8| *grey = ((f32::from(*grey) / f32::from(GREY_STEP)).round() as u8).saturating_mul(GREY_STEP);
     let rows =
         scenes.iter().zip(1..).map(|(name, seed)| pictures(name, seed, Some(CELL_PX))).collect::<Result<Vec<_>>>()?;
     let mut sheet = tiled(&rows);
