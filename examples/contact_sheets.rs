@@ -3,16 +3,21 @@
 //! `cargo run --example contact_sheets -- docs/pictures`, or with scene names behind the folder for these only, each
 //! written as SCENE.png at full size.
 
+use std::fs::File;
+use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use image::GrayImage;
+use image::codecs::png::{CompressionType, FilterType as PngFilter, PngEncoder};
 use image::imageops::{FilterType, overlay, resize};
+use image::{ExtendedColorType, GrayImage, ImageEncoder};
 use rayon::prelude::*;
 use seamtrack::synth::{Scene, builtin};
 
 /// Width and height of one picture in a sheet \[px\].
-const CELL_PX: (u32, u32) = (300, 225);
+const CELL_PX: (u32, u32) = (280, 210);
+/// Grey levels of a sheet are multiples of this: sensor noise makes large files and shows nothing at this size.
+const GREY_STEP: u8 = 6;
 /// Pictures in a row: before arc-on, then under it.
 const COLUMNS: usize = 4;
 
@@ -41,13 +46,20 @@ fn main() -> Result<()> {
 }
 
 fn write_sheet(file: &Path, scenes: &[&str]) -> Result<()> {
+    let coarse =
+        |grey: &mut u8| *grey = ((f32::from(*grey) / f32::from(GREY_STEP)).round() as u8).saturating_mul(GREY_STEP);
     let rows =
         scenes.iter().zip(1..).map(|(name, seed)| pictures(name, seed, Some(CELL_PX))).collect::<Result<Vec<_>>>()?;
-    save(file, &tiled(&rows))
+    let mut sheet = tiled(&rows);
+    sheet.iter_mut().for_each(coarse);
+    save(file, &sheet)
 }
 
 fn save(file: &Path, sheet: &GrayImage) -> Result<()> {
-    sheet.save(file).with_context(|| format!("cannot write {}", file.display()))
+    let writer = BufWriter::new(File::create(file).with_context(|| format!("cannot write {}", file.display()))?);
+    PngEncoder::new_with_quality(writer, CompressionType::Best, PngFilter::Adaptive)
+        .write_image(sheet.as_raw(), sheet.width(), sheet.height(), ExtendedColorType::L8)
+        .with_context(|| format!("cannot write {}", file.display()))
 }
 
 /// A scene's pictures: one early, the others spread over the recording, a covered one where there is any.

@@ -8,9 +8,9 @@
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow};
-use opencv::core::{Mat, MatTraitConst, Ptr, Rect, Rect2d, set_num_threads};
-use opencv::prelude::{LegacyTracker, TrackerTrait};
-use opencv::tracking::{TrackerCSRT, TrackerKCF, legacy_TrackerMOSSE};
+use opencv::core::{Mat, MatTraitConst, Rect, set_num_threads};
+use opencv::prelude::TrackerTrait;
+use opencv::tracking::{Legacy_TrackerMOSSE, TrackerCSRT, TrackerKCF, upgrade_tracking_api};
 use opencv::video::TrackerMIL;
 use seamtrack::eval::Estimate;
 use seamtrack::frame::GrayFrame;
@@ -45,79 +45,42 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// A box tracker: how it begins and how it goes on.
-enum Peer {
-    Box(Ptr<dyn TrackerTrait>),
-    Legacy(Ptr<legacy_TrackerMOSSE>),
-}
-
-impl Peer {
-    fn init(&mut self, image: &Mat, first: Rect) -> opencv::Result<()> {
-        match self {
-            Self::Box(tracker) => tracker.init(image, first),
-            Self::Legacy(tracker) => {
-                let first = Rect2d::new(first.x.into(), first.y.into(), first.width.into(), first.height.into());
-                tracker.init(image, first).map(|_| ())
-            }
-        }
-    }
-
-    /// Centre of the box, if the tracker says it has one.
-    fn update(&mut self, image: &Mat) -> opencv::Result<Option<(f64, f64)>> {
-        let (mut whole, mut exact) = (Rect::default(), Rect2d::default());
-        let (found, centre) = match self {
-            Self::Box(tracker) => {
-                let found = tracker.update(image, &mut whole)?;
-                let centre = (
-                    f64::from(whole.x) + 0.5 * f64::from(whole.width),
-                    f64::from(whole.y) + 0.5 * f64::from(whole.height),
-                );
-                (found, centre)
-            }
-            Self::Legacy(tracker) => {
-                let found = tracker.update(image, &mut exact)?;
-                (found, (exact.x + 0.5 * exact.width, exact.y + 0.5 * exact.height))
-            }
-        };
-        Ok(found.then_some(centre))
-    }
-}
-
-/// All peers on a scene.
+/// All peers on a scene, one after another.
 fn peers(scene: &Scene) -> opencv::Result<Vec<Lane>> {
+    Ok(vec![
+        lane("OpenCV KCF", TrackerKCF::create_def()?, scene)?,
+        lane("OpenCV CSRT", TrackerCSRT::create_def()?, scene)?,
+        // MOSSE's boxes move by whole pixels, so that the newer interface loses nothing.
+        lane("OpenCV MOSSE", upgrade_tracking_api(&Legacy_TrackerMOSSE::create()?.into())?, scene)?,
+        lane("OpenCV MIL", TrackerMIL::create_def()?, scene)?,
+    ])
+}
+
+/// A tracker on a scene, started at the true centre. A frame for which it reports no box has no value.
+fn lane(name: &str, mut tracker: impl TrackerTrait, scene: &Scene) -> opencv::Result<Lane> {
     let start = scene.truth(0).seam.ok_or_else(|| opencv::Error::new(0, "the scene has no seam in frame 0"))?;
     let corner = (start.u_px - 0.5 * BOX_PX.0, start.v_px - 0.5 * BOX_PX.1);
     let first = Rect::new(corner.0.round() as i32, corner.1.round() as i32, BOX_PX.0 as i32, BOX_PX.1 as i32);
-    let mut trackers = [
-        ("OpenCV KCF", Peer::Box(Ptr::from(TrackerKCF::create_def()?))),
-        ("CSRT", Peer::Box(TrackerCSRT::create_def()?.into())),
-        ("MOSSE", Peer::Legacy(legacy_TrackerMOSSE::create()?)),
-        ("MIL", Peer::Box(TrackerMIL::create_def()?.into())),
-    ];
-    let mut lanes: Vec<Lane> = trackers
-        .iter()
-        .map(|(name, _)| Lane { name: (*name).to_owned(), estimates: vec![], frame_ms: vec![] })
-        .collect();
-    for i in 0..scene.frame_count() {
+    tracker.init(&image_of(&scene.render(0))?, first)?;
+    let start_px = scene.axis().along_px(start);
+    let mut lane = Lane {
+        name: name.to_owned(),
+        estimates: vec![Some(Estimate { position_px: start_px, std_px: None })],
+        frame_ms: vec![],
+    };
+    for i in 1..scene.frame_count() {
         let image = image_of(&scene.render(i))?;
-        for ((_, tracker), lane) in trackers.iter_mut().zip(&mut lanes) {
-            let began = Instant::now();
-            let estimate = if i == 0 {
-                tracker.init(&image, first)?;
-                Some(0.0)
-            } else {
-                let offset = |centre: (f64, f64)| match scene.axis() {
-                    StripeAxis::Horizontal => centre.0 - (f64::from(first.x) + 0.5 * BOX_PX.0),
-                    StripeAxis::Vertical => centre.1 - (f64::from(first.y) + 0.5 * BOX_PX.1),
-                };
-                tracker.update(&image)?.map(offset)
-            };
-            lane.frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
-            let start_px = scene.axis().along_px(start);
-            lane.estimates.push(estimate.map(|offset| Estimate { position_px: start_px + offset, std_px: None }));
-        }
+        let mut found = first;
+        let began = Instant::now();
+        let valid = tracker.update(&image, &mut found)?;
+        lane.frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        let moved_px = match scene.axis() {
+            StripeAxis::Horizontal => f64::from(found.x - first.x) + 0.5 * f64::from(found.width - first.width),
+            StripeAxis::Vertical => f64::from(found.y - first.y) + 0.5 * f64::from(found.height - first.height),
+        };
+        lane.estimates.push(valid.then_some(Estimate { position_px: start_px + moved_px, std_px: None }));
     }
-    Ok(lanes)
+    Ok(lane)
 }
 
 /// The frame as the three-channel image that these trackers want.
