@@ -77,6 +77,11 @@ fn main() {
                         scov += u32::from((u - t).abs() <= 2.0 * v.sqrt());
                     }
                 }
+                let kind =
+                    tracker.joint().map(|j| format!("{} at {}: {}", j.kind, j.frame, j.reason)).unwrap_or_default();
+                if std::env::var_os("AUTO").is_some() {
+                    println!("   {seed}: {kind}");
+                }
                 ms.sort_by(f64::total_cmp);
                 let st = |x: &Vec<f64>| {
                     let n = x.len().max(1) as f64;

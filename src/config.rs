@@ -30,6 +30,8 @@ pub enum Preset {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 #[serde(rename_all = "lowercase")]
 pub enum Joint {
+    /// Found from the frames.
+    Auto,
     /// Butt joint.
     Butt,
     /// Lap joint.
@@ -40,13 +42,16 @@ pub enum Joint {
     Fillet,
 }
 
-impl From<Joint> for JointKind {
-    fn from(joint: Joint) -> Self {
-        match joint {
-            Joint::Butt => Self::Butt,
-            Joint::Lap => Self::Lap,
-            Joint::Vgroove => Self::VGroove,
-            Joint::Fillet => Self::Fillet,
+impl Joint {
+    /// The kind, where it is given.
+    #[must_use]
+    pub const fn kind(self) -> Option<JointKind> {
+        match self {
+            Self::Auto => None,
+            Self::Butt => Some(JointKind::Butt),
+            Self::Lap => Some(JointKind::Lap),
+            Self::Vgroove => Some(JointKind::VGroove),
+            Self::Fillet => Some(JointKind::Fillet),
         }
     }
 }
@@ -132,7 +137,7 @@ impl Default for Config {
     fn default() -> Self {
         Self {
             preset: Preset::Robust,
-            joint: Joint::Butt,
+            joint: Joint::Auto,
             stripe: Stripe::Auto,
             period_s: 0.2,
             mm_per_px: MmPerPx::DU_2022,
@@ -235,7 +240,7 @@ impl Config {
         match self.preset {
             Preset::Paper => Ok(Method::Paper(self.paper.settings()?)),
             Preset::Robust => {
-                Ok(Method::Robust(RobustSettings { joint: self.joint.into(), ..RobustSettings::default() }))
+                Ok(Method::Robust(RobustSettings { joint: self.joint.kind(), ..RobustSettings::default() }))
             }
         }
     }

@@ -17,6 +17,8 @@ pub struct SeedSettings {
     pub least_stripe_px: usize,
     /// Widest joint, from feature point to feature point \[px\]; also the widest break that the stripe bridges.
     pub widest_joint_px: usize,
+    /// Columns of the median over the ordinates: wild columns go, and so do joints narrower than half of it.
+    pub median_columns: usize,
     /// By how much the strongest place must exceed the next one. Chosen: a second candidate of like strength means
     /// that the frame does not say which is the seam.
     pub least_dominance: f32,
@@ -30,6 +32,7 @@ impl Default for SeedSettings {
             end_margin_px: 20,
             least_stripe_px: 80,
             widest_joint_px: 60,
+            median_columns: 5,
             least_dominance: 1.5,
         }
     }
@@ -100,7 +103,7 @@ pub fn candidates(line: &Centreline, settings: &SeedSettings) -> Vec<(SeamFeatur
     }
     let inner = first + settings.end_margin_px..end - settings.end_margin_px;
     let points: Vec<(usize, f32)> = inner.filter_map(|u| line.at(u).map(|v| (u, v))).collect();
-    let features = features(&median_of_five(&points), settings);
+    let features = features(&median_of(&points, settings.median_columns), settings);
     let point = |(u, v): (usize, f32)| PixelPoint::new(u as f64, f64::from(v));
     let mut found: Vec<(SeamFeatures, f32)> = clusters(&features, settings)
         .into_iter()
@@ -114,11 +117,12 @@ pub fn candidates(line: &Centreline, settings: &SeedSettings) -> Vec<(SeamFeatur
     found
 }
 
-/// The ordinates through a median of five: single wild columns go, jumps stay where they are.
-fn median_of_five(points: &[(usize, f32)]) -> Vec<(usize, f32)> {
+/// The ordinates through a median: single wild columns go, jumps stay where they are.
+fn median_of(points: &[(usize, f32)], columns: usize) -> Vec<(usize, f32)> {
+    let half = columns / 2;
     (0..points.len())
         .map(|i| {
-            let window = &points[i.saturating_sub(2)..(i + 3).min(points.len())];
+            let window = &points[i.saturating_sub(half)..(i + half + 1).min(points.len())];
             let mut values: Vec<f32> = window.iter().map(|p| p.1).collect();
             values.sort_unstable_by(f32::total_cmp);
             (points[i].0, values[values.len() / 2])

@@ -98,6 +98,12 @@ pub struct StripeRectifier {
 }
 
 impl StripeRectifier {
+    /// The last frame's band.
+    #[must_use]
+    pub const fn band(&self) -> Option<&Band> {
+        self.band.as_ref()
+    }
+
     /// The band of `frame`, or `None` while no stripe was seen.
     pub fn rectify(&mut self, frame: &GrayFrame) -> Option<&Band> {
         let line = self.finder.find(frame)?;

@@ -18,7 +18,7 @@ use crate::report::marks::FrameMarks;
 use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
-use crate::tracker::{Estimate, Tracker, TrackerError};
+use crate::tracker::{Estimate, JointDecision, Tracker, TrackerError};
 use crate::units::StripeAxis;
 
 /// Frames that are decoded ahead of the tracker.
@@ -57,6 +57,8 @@ pub struct RunOutcome {
     pub sixteen_bit_scale: Option<SixteenBitScale>,
     /// First frame with a seam.
     pub confirmed_at: Option<usize>,
+    /// The kind of joint, if one was found.
+    pub joint: Option<JointDecision>,
 }
 
 impl RunOutcome {
@@ -238,6 +240,7 @@ impl<'a> Run<'a> {
             rows: self.rows,
             marks: self.marks,
             sixteen_bit_scale: None,
+            joint: self.tracker.joint().cloned(),
         })
     }
 }

@@ -5,7 +5,8 @@ use serde_json::{Map, Value, json};
 use super::{RunError, RunOutcome};
 use crate::config::{Config, Preset};
 use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
-use crate::units::StripeAxis;
+use crate::tracker::REFUSE_NIS;
+use crate::units::{MmPerPx, StripeAxis};
 
 /// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
 ///
@@ -36,22 +37,26 @@ pub fn summarise(
             mm_per_px: config.mm_per_px,
             stripe: outcome.axis.unwrap_or(StripeAxis::Horizontal),
             origin_px: outcome.calibration.map(|calibration| calibration.origin_px),
-            source: "scale".into(),
+            source: if config.mm_per_px == MmPerPx::DU_2022 { "the scale of Du 2022" } else { "a given scale" }.into(),
             more: Map::new(),
         },
         limits: Limits {
             psr: (config.preset == Preset::Paper).then_some(config.paper.psr_threshold),
-            nis: None,
+            nis: (config.preset == Preset::Robust).then_some(REFUSE_NIS),
             max_unavailable_pct: Some(max_unavailable_pct),
         },
         config: config_json,
         frames: outcome.counts,
-        joint: Joint {
-            kind: "butt-or-lap".into(),
-            decided_at_frame: outcome.confirmed_at,
-            reason: match outcome.confirmed_at {
-                Some(frame) => format!("the centreline jumps at one place in frame {frame}"),
-                None => "no frame shows one dominant jump or break of the stripe".into(),
+        joint: match &outcome.joint {
+            Some(decision) => Joint {
+                kind: decision.kind.into(),
+                decided_at_frame: Some(decision.frame.saturating_sub(1)),
+                reason: decision.reason.clone(),
+            },
+            None => Joint {
+                kind: "none".into(),
+                decided_at_frame: None,
+                reason: "no frame showed a joint that others confirmed".into(),
             },
         },
         timing: outcome.timing,

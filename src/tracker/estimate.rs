@@ -51,14 +51,14 @@ pub enum Observation {
     Kcf,
     /// The KCF's peak left the image.
     PeakOutside,
-    /// The stripe's geometry went into the filter.
+    /// The seam as sighted by the stripe's geometry, or by a hairline's evidence, went into the filter.
     Geometry,
-    /// The stripe's geometry was too far from the prediction.
+    /// The sighting was too far from the prediction.
     Refused,
-    /// Refused geometry agreed with itself over several frames: the filter started anew.
+    /// Refused sightings agreed over several frames: the filter started anew.
     Reacquired,
-    /// The stripe's geometry could not be trusted; the filter predicted.
-    GeometryRefused(Refusal),
+    /// The frame showed no seam that can be trusted; the filter predicted.
+    SightingRefused(Refusal),
 }
 
 impl Observation {
@@ -71,10 +71,10 @@ impl Observation {
             Self::Seed => "seed",
             Self::Kcf => "kcf",
             Self::PeakOutside => "kcf-peak-outside-image",
-            Self::Geometry => "geometry",
-            Self::Refused => "geometry-too-far",
+            Self::Geometry => "sighted",
+            Self::Refused => "too-far",
             Self::Reacquired => "reacquired",
-            Self::GeometryRefused(refusal) => refusal.name(),
+            Self::SightingRefused(refusal) => refusal.name(),
         }
     }
 }
@@ -115,4 +115,15 @@ impl Estimate {
             ..self
         }
     }
+}
+
+/// The kind of joint, and how it was decided.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct JointDecision {
+    /// butt, lap, vgroove or fillet.
+    pub kind: &'static str,
+    /// Number of the frame, from 1.
+    pub frame: usize,
+    /// Why, in one sentence.
+    pub reason: String,
 }

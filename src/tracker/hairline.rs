@@ -120,6 +120,12 @@ impl HairlineTracker {
         })
     }
 
+    /// The stripe's row at column `u_px` in the last frame \[px\].
+    #[must_use]
+    pub fn stripe_v_px(&self, u_px: f64) -> Option<f64> {
+        self.rectifier.band().map(|band| band.line.v_px(u_px))
+    }
+
     /// The last frame's evidence, to be kept for [`super::grid_smooth::smooth`].
     #[must_use]
     pub const fn evidence(&self) -> &EvidenceRow {

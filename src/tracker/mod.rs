@@ -10,13 +10,13 @@ mod orientation;
 mod paper;
 mod robust;
 
-pub use estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+pub use estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 pub use grid::{GridEstimate, GridFilter, LocalObservation};
 pub use grid_smooth::{EvidenceRow, smooth};
 pub use hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 pub use orientation::find_axis;
 pub use paper::{PaperSettings, PaperTracker};
-pub use robust::{RobustSettings, RobustTracker};
+pub use robust::{REFUSE_NIS, RobustSettings, RobustTracker};
 
 use crate::frame::GrayFrame;
 use crate::imgproc::{MedianError, SeamRoi};
@@ -63,6 +63,8 @@ trait Follow: Send {
     fn miss(&mut self, time_s: f64) -> Result<(), TrackerError>;
     /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them.
     fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError>;
+    /// The kind of joint, once it is decided.
+    fn joint(&self) -> Option<&JointDecision>;
 }
 
 /// Finds the seam and follows it from frame to frame.
@@ -123,6 +125,12 @@ impl Tracker {
     /// When the model cannot be built for the time step.
     pub fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
         self.follow.miss(time_s)
+    }
+
+    /// The kind of joint, once it is decided.
+    #[must_use]
+    pub fn joint(&self) -> Option<&JointDecision> {
+        self.follow.joint()
     }
 
     /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them; nothing by a

@@ -3,7 +3,7 @@
 //! It is right for one straight seam with edges. Its gate does not notice a template that slides along the stripe, so
 //! "tracked" means here only that the KCF answered.
 
-use super::estimate::{Estimate, KcfReading, Observation, SeamEstimate, Status};
+use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::{Follow, TrackerError};
 use crate::frame::GrayFrame;
 use crate::imgproc::{CentrelineSettings, MedianKernel, SeedSettings, extract_centreline, find_seam_features, median};
@@ -52,6 +52,8 @@ pub struct PaperTracker {
     settings: PaperSettings,
     kcf: Kcf,
     seed_at: Option<PixelPoint>,
+    joint: Option<JointDecision>,
+    frame_number: usize,
     state: State,
 }
 
@@ -68,7 +70,14 @@ impl PaperTracker {
     /// # Errors
     /// When a KCF setting is out of range.
     pub fn new(settings: &PaperSettings) -> Result<Self, TrackerError> {
-        Ok(Self { kcf: Kcf::new(settings.kcf)?, settings: settings.clone(), seed_at: None, state: State::Seeking })
+        Ok(Self {
+            kcf: Kcf::new(settings.kcf)?,
+            settings: settings.clone(),
+            seed_at: None,
+            joint: None,
+            frame_number: 0,
+            state: State::Seeking,
+        })
     }
 
     /// Looks for the seam in the whole frame and starts the filter there.
@@ -82,6 +91,11 @@ impl PaperTracker {
             return Ok(Estimate { status, ..Estimate::seeking(observation) });
         };
         self.kcf.train(frame, centre);
+        self.joint.get_or_insert_with(|| JointDecision {
+            kind: "butt-or-lap",
+            frame: self.frame_number,
+            reason: "the centreline jumps or breaks at one place".into(),
+        });
         let filter = self.settings.kalman.start_from_clean(centre.u_px, self.settings.seed_variance_px2)?;
         let seam = seam(&filter, centre.v_px);
         self.state = State::Following { filter, time_s, peak: centre };
@@ -121,6 +135,7 @@ impl Follow for PaperTracker {
     }
 
     fn step(&mut self, frame: &GrayFrame, time_s: f64, _repeated: bool) -> Result<Estimate, TrackerError> {
+        self.frame_number += 1;
         let frame = &median(frame, self.settings.median)?;
         let (filter, last_s, around) = match self.state {
             State::Seeking => return self.seed(frame, time_s, false),
@@ -148,6 +163,7 @@ impl Follow for PaperTracker {
     }
 
     fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
+        self.frame_number += 1;
         if let State::Following { filter, time_s: last_s, .. } = &mut self.state {
             let space = self.settings.kalman.state_space(time_s - *last_s)?;
             *filter = filter.predict(&space);
@@ -158,5 +174,9 @@ impl Follow for PaperTracker {
 
     fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
         Ok(vec![])
+    }
+
+    fn joint(&self) -> Option<&JointDecision> {
+        self.joint.as_ref()
     }
 }

@@ -15,7 +15,7 @@ const INNER_FILLET_PX: f64 = 6.0;
 /// The stretch in which a V-groove's flank begins \[px\].
 const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
 /// Widest and narrowest V-groove, root to shoulder \[px\].
-const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=75.0;
+const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=70.0;
 /// Distance from its line at which a column leaves a side \[px\].
 const INLIER_PX: f64 = 1.8;
 /// Fewest columns of a side.
@@ -44,8 +44,11 @@ pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<Joi
             let left = side(-FLANK_PX.end, -FLANK_PX.start)?;
             let right = side(FLANK_PX.start, FLANK_PX.end)?;
             let half = flank_end(&peaks, left, -1.0).min(flank_end(&peaks, right, 1.0));
+            // Flanks without an end in sight have no shoulder: then there is no half width.
+            let shoulders = HALF_WIDTHS_PX.contains(&half);
             let half = half.clamp(*HALF_WIDTHS_PX.start(), *HALF_WIDTHS_PX.end());
-            (side(-half + 4.0, -4.0).unwrap_or(left), side(4.0, half - 4.0).unwrap_or(right), Some(half))
+            let flank = |from, to, otherwise| side(from, to).unwrap_or(otherwise);
+            (flank(-half + 4.0, -4.0, left), flank(4.0, half - 4.0, right), shoulders.then_some(half))
         }
         JointKind::Fillet => (side(-HALF_WINDOW_PX, -INNER_FILLET_PX)?, side(INNER_FILLET_PX, HALF_WINDOW_PX)?, None),
         JointKind::Butt | JointKind::Lap => {

@@ -30,6 +30,17 @@ pub enum JointKind {
 }
 
 impl JointKind {
+    /// The name in files and on the command line.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Butt => "butt",
+            Self::Lap => "lap",
+            Self::VGroove => "vgroove",
+            Self::Fillet => "fillet",
+        }
+    }
+
     /// Whether the centre lies between two edges, not at a corner.
     #[must_use]
     pub const fn has_edges(self) -> bool {
@@ -106,6 +117,8 @@ pub enum Refusal {
     Margin,
     /// The ridge scatters about its line.
     Residual,
+    /// It is open whether there is a seam here at all (hairline).
+    Presence,
 }
 
 impl Refusal {
@@ -120,6 +133,7 @@ impl Refusal {
             Self::Cost => "cost",
             Self::Margin => "margin",
             Self::Residual => "residual",
+            Self::Presence => "presence",
         }
     }
 }

@@ -3,16 +3,8 @@
 use nalgebra::SMatrix;
 
 use super::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
+use super::judge::Measured;
 use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
-
-/// A measurement as the filter took it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
-    /// Position along the stripe \[px\].
-    pub u_px: f64,
-    /// R as used \[px²\].
-    pub variance_px2: f64,
-}
 
 /// The recording so far.
 #[derive(Debug, Default)]
@@ -21,6 +13,8 @@ pub struct History {
     /// For each frame of the recording, its place in `frames`: repeated frames share one.
     places: Vec<usize>,
     step: f64,
+    /// Sum and number of the noise scales in use.
+    noise: (f64, f64),
 }
 
 impl History {
@@ -39,6 +33,12 @@ impl History {
         self.push(Some(measured));
     }
 
+    /// What was accepted in it while the seam was followed, under the noise scale `noise`.
+    pub fn frame(&mut self, measured: Option<Measured>, noise: f64) {
+        self.noise = (self.noise.0 + noise, self.noise.1 + 1.0);
+        self.push(measured);
+    }
+
     /// The next frame repeats the last one.
     pub fn repeated(&mut self) {
         if let Some(&place) = self.places.last() {
@@ -53,12 +53,11 @@ impl History {
     }
 
     /// Position and its variance in each frame given all frames, its process noise by maximum likelihood.
-    ///
-    /// `noise` is the scale of the measurements' noise.
-    pub fn smoothed(&self, noise: f64) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
+    pub fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
         if self.frames.iter().all(|frame| frame.z[0].is_none()) {
             return Ok(vec![None; self.places.len()]);
         }
+        let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
         let model = filter::model(PROCESS_NOISE[1], 0.1, noise)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;

@@ -1,8 +1,9 @@
-//! Finding the joint in a whole frame, without a prediction.
+//! The joint in one whole frame, without a prediction.
 
+use super::classify;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, learn};
-use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_centreline, seam_candidates};
+use crate::imgproc::{Centreline, SeedSettings, seam_candidates};
 use crate::units::PixelPoint;
 
 /// Arm of the second difference that shows a corner \[px\]. Prototype.
@@ -11,8 +12,12 @@ const CORNER_ARM_PX: usize = 18;
 const LEAST_CORNER_PX: f32 = 3.6;
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
+const MOST_CORNERS: usize = 4;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
+/// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
+const CLEAR_SUPPORT: f64 = 0.7;
+
 /// A joint found in a frame.
 #[derive(Debug, Clone)]
 pub struct Seed {
@@ -24,37 +29,71 @@ pub struct Seed {
     pub clear: bool,
 }
 
-/// Whether the frame shows a stripe at all, and the joint of `kind` in it. `asked` is where the user says it is.
-pub fn find(frame: &GrayFrame, kind: JointKind, asked: Option<PixelPoint>) -> (bool, Option<Seed>) {
-    let line = extract_centreline(frame, &CentrelineSettings::default());
-    let settings = SeedSettings::default();
-    let seen = line.extent(settings.widest_joint_px).is_some();
-    let candidates = match asked {
-        Some(point) => vec![point],
-        None if kind.has_edges() => {
-            seam_candidates(&line, &settings).iter().take(MOST_CANDIDATES).map(|(f, _)| f.centre()).collect()
-        }
-        None => corners(&line, kind),
+/// The joint of `kind`, or of any kind, in the frame whose centreline is `line`.
+pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Option<Seed> {
+    let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
+    let corners = if wants(JointKind::VGroove) || wants(JointKind::Fillet) { corners(line) } else { vec![] };
+    // A corner is unmistakable: what passes for one is one.
+    let corner = best(corners.into_iter().filter_map(|place| corner(frame, place, kind)));
+    if corner.is_some() {
+        return corner;
+    }
+    if !(wants(JointKind::Butt) || wants(JointKind::Lap)) {
+        return None;
+    }
+    // The median of three keeps joints that are only a few columns wide.
+    let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
+    let candidates = seam_candidates(line, &settings);
+    let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
+    best(places.filter_map(|place| edges(frame, place, kind)))
+}
+
+/// The joint where the user says it is.
+pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Option<Seed> {
+    let seed = match kind {
+        Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
+        Some(_) => edges(frame, place, kind),
+        None => corner(frame, place, None).or_else(|| edges(frame, place, None)),
     };
-    let seeds = candidates.into_iter().filter_map(|candidate| refine(frame, kind, candidate));
-    (seen, seeds.max_by(|a, b| score(&a.fit).total_cmp(&score(&b.fit))))
+    seed.map(|seed| Seed { clear: true, ..seed })
 }
 
-fn score(fit: &JointFit) -> f64 {
-    fit.support - fit.residual_px / 4.0 - fit.edges.map_or(0.0, |edges| edges.cost)
+fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
+    let score =
+        |seed: &Seed| seed.fit.support - seed.fit.residual_px / 4.0 - seed.fit.edges.map_or(0.0, |edges| edges.cost);
+    seeds.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// Learns the cross-section round `candidate` and fits it there.
-fn refine(frame: &GrayFrame, kind: JointKind, candidate: PixelPoint) -> Option<Seed> {
-    let mut model = learn(frame, candidate, kind)?;
-    let fit = model.fit(frame, candidate.u_px, 0.0, SEARCH_PX).ok()?.judged().ok()?;
+/// A joint with edges at `place`.
+fn edges(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
+    let mut seed = refine(frame, place, kind.unwrap_or(JointKind::Butt))?;
+    if kind.is_none() {
+        seed.model.kind = classify::kind_with_edges(&seed);
+    }
+    Some(seed)
+}
+
+/// A joint with a corner at `place`; without a kind asked for, only beyond doubt, and a V-groove where the flanks end in
+/// shoulders.
+fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
+    if let Some(kind) = kind {
+        return refine(frame, place, kind);
+    }
+    let groove = refine(frame, place, JointKind::VGroove)
+        .filter(|seed| seed.model.half_width_px.is_some() && classify::is_corner(seed));
+    groove.or_else(|| refine(frame, place, JointKind::Fillet).filter(classify::is_corner))
+}
+
+/// Learns the cross-section round `place` and fits it there.
+fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed> {
+    let mut model = learn(frame, place, kind)?;
+    let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok()?.judged().ok()?;
     model.learn(&fit);
-    Some(Seed { clear: fit.is_clear(), model, fit })
+    Some(Seed { clear: fit.is_clear() && fit.support > CLEAR_SUPPORT, model, fit })
 }
 
-/// The strongest bends of the centreline, of the sign that the kind has: a V-groove's root lies lower than its flanks
-/// (v grows downwards), a fillet may bend either way.
-fn corners(line: &Centreline, kind: JointKind) -> Vec<PixelPoint> {
+/// The strongest bends of the centreline.
+fn corners(line: &Centreline) -> Vec<PixelPoint> {
     let mean = |range: std::ops::Range<usize>| {
         let values: Vec<f32> = range.filter_map(|u| line.at(u)).collect();
         (!values.is_empty()).then(|| values.iter().sum::<f32>() / values.len() as f32)
@@ -64,9 +103,8 @@ fn corners(line: &Centreline, kind: JointKind) -> Vec<PixelPoint> {
     let mut bends: Vec<(f32, usize)> = (arm + 2..width.saturating_sub(arm + 2))
         .filter_map(|u| {
             let at = |u: usize| mean(u - 2..u + 3);
-            let bend = 2.0 * at(u)? - at(u - arm)? - at(u + arm)?;
-            let strength = if kind == JointKind::VGroove { bend } else { bend.abs() };
-            (strength > LEAST_CORNER_PX).then_some((strength, u))
+            let bend = (2.0 * at(u)? - at(u - arm)? - at(u + arm)?).abs();
+            (bend > LEAST_CORNER_PX).then_some((bend, u))
         })
         .collect();
     bends.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
@@ -75,7 +113,7 @@ fn corners(line: &Centreline, kind: JointKind) -> Vec<PixelPoint> {
         if peaks.iter().all(|&other| other.abs_diff(u) > arm) {
             peaks.push(u);
         }
-        if peaks.len() == 4 {
+        if peaks.len() == MOST_CORNERS {
             break;
         }
     }

@@ -1,0 +1,46 @@
+//! The kind of a joint from its fitted cross-section.
+
+use super::seed::Seed;
+use crate::imgproc::geometry::JointKind;
+
+/// A step this high between the plates makes a lap joint \[px\]. Chosen: plates of a butt joint are set level to within
+/// a fraction of their thickness; a lap joint's step is the thickness.
+const LAP_STEP_PX: f64 = 10.0;
+/// Least bend of a corner that passes for one without being asked for. Chosen: plates tilted against each other by a
+/// bad fit-up stay below it.
+const LEAST_BEND: f64 = 0.3;
+
+/// The height of the right plate over the left one at the seam \[px\]; v grows downwards.
+fn step_px(seed: &Seed) -> f64 {
+    seed.fit.right.v_px - seed.fit.left.v_px
+}
+
+/// The difference of the two sides' slopes.
+fn bend(seed: &Seed) -> f64 {
+    seed.fit.left.slope - seed.fit.right.slope
+}
+
+/// The kind that a fit with edges stands for.
+pub fn kind_with_edges(seed: &Seed) -> JointKind {
+    if step_px(seed).abs() >= LAP_STEP_PX { JointKind::Lap } else { JointKind::Butt }
+}
+
+/// Whether a fit with a corner is one beyond doubt.
+pub fn is_corner(seed: &Seed) -> bool {
+    bend(seed).abs() >= LEAST_BEND
+}
+
+/// Why it is of this kind, in one sentence.
+pub fn reason(seed: &Seed, asked_for: bool) -> String {
+    let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    let seen = match seed.model.kind {
+        JointKind::Butt => format!("two level plates end {gap_px:.0} px apart"),
+        JointKind::Lap => format!("the stripe steps by {:.0} px", step_px(seed).abs()),
+        JointKind::VGroove => {
+            let half_px = seed.model.half_width_px.unwrap_or(0.0);
+            format!("two flanks meet at a root and end in shoulders {half_px:.0} px away")
+        }
+        JointKind::Fillet => format!("two legs meet with a bend of {:.2} in slope", bend(seed).abs()),
+    };
+    if asked_for { format!("asked for; {seen}") } else { seen }
+}

@@ -1,0 +1,116 @@
+//! Sighting the seam by the stripe's geometry: joints with edges or a corner.
+
+use super::GEOMETRY_VARIANCE_PX2;
+use super::judge::Judge;
+use super::sighting::Sighting;
+use crate::frame::GrayFrame;
+use crate::imgproc::geometry::{HALF_WINDOW_PX, JointFit, JointModel, Line, Refusal};
+use crate::tracker::estimate::KcfReading;
+use crate::units::PixelPoint;
+
+use super::LEAST_PSR_RATIO;
+
+/// Search range along the stripe \[px\]: at rest, and what an unsure prediction adds at most. Prototype.
+const SEARCH_PX: f64 = 12.0;
+const MOST_EXTRA_PX: f64 = 18.0;
+const EXTRA_PER_STD: f64 = 2.5;
+/// A KCF peak this far from the prediction is looked at as another place \[px\].
+const OTHER_PLACE_PX: f64 = 4.0;
+/// The KCF's row is not believed when it is this far from the model's \[px\].
+const LARGEST_DV_PX: f64 = 25.0;
+/// What a pixel of distance from the prediction costs, while the prediction is fresh.
+const COST_PER_PX: f64 = 0.002;
+/// Frames unseen after which the prediction is not fresh.
+const FRESH_FRAMES: u32 = 5;
+/// The whole-frame search: step along the stripe and shifts across it \[px\], margin at the border \[px\].
+const SEARCH_STEP_PX: usize = 12;
+const SEARCH_SHIFTS_PX: [f64; 3] = [-8.0, 0.0, 8.0];
+const SEARCH_BORDER_PX: usize = 10;
+
+/// The joint's model at work.
+#[derive(Debug, Clone)]
+pub struct GeometryEye {
+    model: JointModel,
+}
+
+impl GeometryEye {
+    /// Sees with `model`.
+    pub const fn new(model: JointModel) -> Self {
+        Self { model }
+    }
+
+    /// The best fit near the prediction, or near the KCF's peak where that is elsewhere; anywhere in the frame when
+    /// the seam is lost.
+    pub fn look(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<(Sighting, JointFit), Refusal> {
+        let fit = if judge.is_lost() { self.search(frame) } else { self.near(frame, judge, kcf) }?;
+        let sighting = Sighting {
+            centre: fit.centre,
+            variance_px2: GEOMETRY_VARIANCE_PX2,
+            clear: fit.is_clear(),
+            sides: Some(sides(&fit)),
+        };
+        Ok((sighting, fit))
+    }
+
+    /// Takes over what an accepted fit says.
+    pub fn learn(&mut self, fit: &JointFit) {
+        self.model.learn(fit);
+    }
+
+    fn near(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Refusal> {
+        let (u_px, variance_px2) = judge.position();
+        let extra_px = EXTRA_PER_STD * (variance_px2 - 1.0).max(0.0).sqrt();
+        let search_px = SEARCH_PX + extra_px.min(MOST_EXTRA_PX);
+        let dv_px = kcf.peak.v_px - self.model.seam_v_px();
+        let dv_px = if dv_px.abs() > LARGEST_DV_PX { 0.0 } else { dv_px };
+        let kcf_believable = kcf.psr_ratio >= LEAST_PSR_RATIO;
+        let kcf_elsewhere = (kcf.peak.u_px - u_px).abs() > OTHER_PLACE_PX || judge.unseen() > 0;
+        let places = [
+            Some((u_px, 0.0)),
+            (kcf_believable && kcf_elsewhere).then_some((kcf.peak.u_px, dv_px)),
+            (kcf_believable && judge.unseen() > 1).then_some((u_px, dv_px)),
+        ];
+        let badness = |fit: &JointFit| {
+            let away_px = if judge.unseen() < FRESH_FRAMES { (fit.centre.u_px - u_px).abs() } else { 0.0 };
+            fit.edges.map_or(fit.residual_px, |edges| edges.cost) + COST_PER_PX * away_px
+        };
+        self.best(frame, places.into_iter().flatten(), search_px, badness)
+    }
+
+    fn search(&self, frame: &GrayFrame) -> Result<JointFit, Refusal> {
+        let columns = SEARCH_BORDER_PX..frame.width_px().saturating_sub(SEARCH_BORDER_PX);
+        let places = columns.step_by(SEARCH_STEP_PX).flat_map(|u| SEARCH_SHIFTS_PX.map(|dv_px| (u as f64, dv_px)));
+        let badness = |fit: &JointFit| fit.edges.map_or(fit.residual_px, |edges| edges.cost) - 0.2 * fit.support;
+        self.best(frame, places, SEARCH_PX, badness)
+    }
+
+    /// The least bad of the trustworthy fits; else why the first place had none.
+    fn best(
+        &self,
+        frame: &GrayFrame,
+        places: impl Iterator<Item = (f64, f64)>,
+        search_px: f64,
+        badness: impl Fn(&JointFit) -> f64,
+    ) -> Result<JointFit, Refusal> {
+        let mut best: Option<JointFit> = None;
+        let mut first_refusal = None;
+        for (u_px, dv_px) in places {
+            match self.model.fit(frame, u_px, dv_px, search_px).and_then(JointFit::judged) {
+                Ok(fit) if best.is_none_or(|other| badness(&fit) < badness(&other)) => best = Some(fit),
+                Ok(_) => {}
+                Err(refusal) => first_refusal = first_refusal.or(Some(refusal)),
+            }
+        }
+        best.ok_or(first_refusal.unwrap_or(Refusal::NoLine))
+    }
+}
+
+/// The sides' lines as far as they were fitted.
+fn sides(fit: &JointFit) -> [[PixelPoint; 2]; 2] {
+    let half_gap_px = fit.edges.map_or(0.0, |edges| 0.5 * edges.gap_px);
+    let point = |line: Line, du: f64| PixelPoint::new(fit.centre.u_px + du, line.at(du));
+    [
+        [point(fit.left, -HALF_WINDOW_PX), point(fit.left, -half_gap_px)],
+        [point(fit.right, half_gap_px), point(fit.right, HALF_WINDOW_PX)],
+    ]
+}

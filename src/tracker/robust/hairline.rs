@@ -1,0 +1,37 @@
+//! Sighting a hairline butt joint: evidence along the straightened stripe and a grid filter over it.
+
+use super::sighting::Sighting;
+use crate::frame::GrayFrame;
+use crate::imgproc::geometry::Refusal;
+use crate::tracker::hairline::{HairlineTracker, SeamPresence};
+
+/// Least variance of a sighting \[px²\]. Chosen: as a geometry fit's.
+const LEAST_VARIANCE_PX2: f64 = 0.1;
+
+/// The hairline tracker as an eye of the robust tracker.
+#[derive(Debug, Clone)]
+pub struct HairlineEye {
+    tracker: HairlineTracker,
+}
+
+impl HairlineEye {
+    /// Goes on from a tracker that has confirmed its seam.
+    pub const fn new(tracker: HairlineTracker) -> Self {
+        Self { tracker }
+    }
+
+    /// What the frame shows, where the grid is sure that there is a seam and where.
+    pub fn look(&mut self, frame: &GrayFrame) -> Result<Sighting, Refusal> {
+        let estimate = self.tracker.step(frame).ok_or(Refusal::NoLine)?;
+        if estimate.presence != SeamPresence::Present {
+            return Err(Refusal::Presence);
+        }
+        let observation = estimate.observation.ok_or(Refusal::Support)?;
+        Ok(Sighting {
+            centre: crate::units::PixelPoint::new(observation.u_px, estimate.seam.v_px),
+            variance_px2: observation.sd_px.powi(2).max(LEAST_VARIANCE_PX2),
+            clear: true,
+            sides: None,
+        })
+    }
+}
