@@ -20,6 +20,7 @@ fn main() {
             "Fillet" => Joint::Fillet,
             _ => Joint::Butt,
         };
+        let joint = if std::env::var_os("AUTO").is_some() { Joint::Auto } else { joint };
         let results: Vec<_> = seeds
             .par_iter()
             .map(|&seed| {
@@ -30,6 +31,7 @@ fn main() {
                 let mut started = false;
                 let mut truths = vec![];
                 let mut scov = 0;
+                let mut invented = 0;
                 for i in 0..scene.frame_count() {
                     let frame = scene.render(i);
                     let t0 = std::time::Instant::now();
@@ -38,6 +40,9 @@ fn main() {
                     let truth = scene.truth(i).seam.map(|p| scene.axis().along_px(p));
                     truths.push(truth);
                     started |= e.status == Status::Tracked;
+                    if truth.is_none() && e.seam.is_some() {
+                        invented += 1;
+                    }
                     if let Some(t) = truth {
                         match e.seam {
                             Some(s) => {
@@ -80,7 +85,7 @@ fn main() {
                 let kind =
                     tracker.joint().map(|j| format!("{} at {}: {}", j.kind, j.frame, j.reason)).unwrap_or_default();
                 if std::env::var_os("AUTO").is_some() {
-                    println!("   {seed}: {kind}");
+                    println!("   {seed}: {kind} invented {invented}");
                 }
                 ms.sort_by(f64::total_cmp);
                 let st = |x: &Vec<f64>| {

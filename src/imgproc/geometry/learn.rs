@@ -16,6 +16,11 @@ const INNER_FILLET_PX: f64 = 6.0;
 const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
 /// Widest and narrowest V-groove, root to shoulder \[px\].
 const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=70.0;
+/// Columns beyond a shoulder that must have left the flank's line, by their median.
+const SHOULDER_COLUMNS: usize = 9;
+/// What counts as near a corner \[px\], and how far off it the stripe may lie there \[px\]: rounded toes are 2 px deep.
+const ROOT_PX: f64 = 5.0;
+const ROOT_DEPTH_PX: f64 = 5.0;
 /// Distance from its line at which a column leaves a side \[px\].
 const INLIER_PX: f64 = 1.8;
 /// Fewest columns of a side.
@@ -55,6 +60,9 @@ pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<Joi
             (side(-HALF_WINDOW_PX, -INNER_EDGES_PX)?, side(INNER_EDGES_PX, HALF_WINDOW_PX)?, None)
         }
     };
+    if !kind.has_edges() && !reaches_root(&peaks, left, right) {
+        return None;
+    }
     let stripe_sd_px = stripe_sd(frame, seed, &peaks)?;
     Some(JointModel { kind, stripe_sd_px, left, right, gap_px: None, half_width_px, fits: 0 })
 }
@@ -134,24 +142,26 @@ fn consensus_line(peaks: &[Peak]) -> Option<Line> {
     Some(Line { v_px: mv - slope * mu, slope })
 }
 
-/// How far from the root the columns stay on a flank's line, going to `sign` \[px\].
+/// How far from the root the columns stay on a flank's line, going to `sign` \[px\]: up to where the median of the next
+/// columns has left it, for a faint or spattered column ends no flank.
 fn flank_end(peaks: &[Peak], line: Line, sign: f64) -> f64 {
     let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > FLANK_PX.start).collect();
     outward.sort_by(|a, b| a.du_px.abs().total_cmp(&b.du_px.abs()));
-    let mut end = FLANK_PX.end;
-    let mut off = 0;
-    for peak in outward {
-        if (peak.v_px - line.at(peak.du_px)).abs() < 2.0 * INLIER_PX {
-            end = peak.du_px.abs();
-            off = 0;
-        } else {
-            off += 1;
-            if off >= 4 {
-                break;
-            }
-        }
+    let off = |peak: &&Peak| (peak.v_px - line.at(peak.du_px)).abs() > 2.0 * INLIER_PX;
+    let ends = outward.windows(SHOULDER_COLUMNS).find(|next| 2 * next.iter().filter(|p| off(p)).count() > next.len());
+    ends.or(outward.chunks(1).next_back()).map_or(FLANK_PX.end, |next| next[0].du_px.abs())
+}
+
+/// Whether the stripe near the root goes through it: a gap's bottom lies off the point where its edges' lines meet.
+fn reaches_root(peaks: &[Peak], left: Line, right: Line) -> bool {
+    let du = (right.v_px - left.v_px) / (left.slope - right.slope);
+    let mut near: Vec<f64> = peaks.iter().filter(|p| (p.du_px - du).abs() < ROOT_PX).map(|p| p.v_px).collect();
+    if near.is_empty() {
+        return true;
     }
-    end
+    let middle = near.len() / 2;
+    let median = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
+    (median - left.at(du)).abs() < ROOT_DEPTH_PX
 }
 
 /// The stripe's SD from the second moment of clean columns, the median of them.

@@ -6,6 +6,9 @@ use super::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
 use super::judge::Measured;
 use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
 
+/// σ above which a smoothed value is not given \[px\]: it bridges short gaps, not long absences.
+const LARGEST_STD_PX: f64 = 2.5;
+
 /// The recording so far.
 #[derive(Debug, Default)]
 pub struct History {
@@ -62,7 +65,9 @@ impl History {
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
         let at = |&place: &usize| {
-            smoothed.states[place].map(|state| (state.x[0], state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2))
+            let state = smoothed.states[place]?;
+            let variance = state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2;
+            (variance.sqrt() < LARGEST_STD_PX).then_some((state.x[0], variance))
         };
         Ok(self.places.iter().map(at).collect())
     }

@@ -22,8 +22,11 @@ const STEEPEST_SLOPE_PX: f64 = 8.0;
 const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
 /// σ of the prediction above which the seam is lost \[px\]: 2.5 σ are 1 mm at 0.073 mm/px.
 const LOST_STD_PX: f64 = 5.0;
-/// Frames without a sighting after which the seam is lost, however sure the prediction is.
-const LOST_FRAMES: u32 = 30;
+/// Frames without a sighting after which the seam is lost, however sure the prediction is: half as many as there were
+/// sightings, within these bounds. A young track has not earned a long absence.
+const LOST_FRAMES: std::ops::RangeInclusive<u32> = 3..=20;
+/// How much longer a lost seam is sought as it was, in multiples of the same.
+const GIVE_UP_FACTOR: u32 = 3;
 
 /// A measurement as the filter took it.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -58,6 +61,7 @@ pub struct Judge {
     filter: SeamFilter,
     refused: Vec<Refused>,
     unseen: u32,
+    sightings: u32,
     lost: bool,
 }
 
@@ -68,7 +72,7 @@ impl Judge {
     /// When a number is not finite.
     pub fn start(u_px: f64, variance_px2: f64) -> Result<Self, TrackerError> {
         let filter = SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, 1.0])?;
-        Ok(Self { filter, refused: vec![], unseen: 0, lost: false })
+        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false })
     }
 
     /// Goes `frames` on, with the measurements' noise scaled by `noise`.
@@ -100,6 +104,15 @@ impl Judge {
         self.lost
     }
 
+    /// Whether the seam has been lost for so long that any joint should be sought.
+    pub fn should_give_up(&self) -> bool {
+        self.lost && self.unseen > GIVE_UP_FACTOR * self.patience()
+    }
+
+    fn patience(&self) -> u32 {
+        (self.sightings / 2).clamp(*LOST_FRAMES.start(), *LOST_FRAMES.end())
+    }
+
     /// Judges a sighting in frame `now`; `clear` when it needs no second one beside it. The NIS comes with the verdict.
     ///
     /// # Errors
@@ -115,6 +128,7 @@ impl Judge {
         let believable = nis <= REFUSE_NIS || self.unseen >= TAKE_ANYTHING_AFTER;
         if believable && !self.lost {
             self.unseen = 0;
+            self.sightings += 1;
             return Ok((nis, Verdict::Taken(self.take(nis, u_px, variance_px2)?)));
         }
         self.refused.push(Refused { frame: now, u_px, clear });
@@ -133,7 +147,7 @@ impl Judge {
     pub fn missed(&mut self) {
         self.unseen += 1;
         let (_, variance) = self.position();
-        self.lost |= variance.sqrt() > LOST_STD_PX || self.unseen > LOST_FRAMES;
+        self.lost |= variance.sqrt() > LOST_STD_PX || self.unseen > self.patience();
     }
 
     /// Offers a stand-in for the sighting that was missed; it never restarts the filter.
@@ -210,7 +224,7 @@ mod tests {
     #[test]
     fn a_seam_that_is_long_unseen_is_lost_and_never_found_again_by_one_sighting() {
         let mut judge = settled();
-        for _ in 0..=LOST_FRAMES {
+        for _ in 0..=*LOST_FRAMES.end() {
             judge.predict(1.0, 1.0).unwrap();
             judge.missed();
         }

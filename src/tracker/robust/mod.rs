@@ -74,8 +74,6 @@ const LEAST_PSR_RATIO: f64 = 0.35;
 const KCF_ALONE_FRAMES: u32 = 6;
 /// Rate at which the KCF's bias against the sightings is learned.
 const BIAS_RATE: f64 = 0.05;
-/// Frames for which a lost seam is sought as it was; then any joint is sought anew.
-const GIVE_UP_FRAMES: u32 = 60;
 
 /// How the seam is sighted.
 enum Eye {
@@ -238,7 +236,7 @@ impl RobustTracker {
         estimate.kcf = Some(kcf);
         if following.judge.is_lost() {
             estimate.status = Status::Lost;
-            if following.judge.unseen() > GIVE_UP_FRAMES {
+            if following.judge.should_give_up() {
                 self.following = None;
                 self.seeker = Seeker::new(self.settings.joint);
             }

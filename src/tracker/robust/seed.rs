@@ -25,8 +25,10 @@ pub struct Seed {
     pub model: JointModel,
     /// The fit on the same frame.
     pub fit: JointFit,
-    /// So clear that no second frame need confirm it.
+    /// So clear that no second frame need confirm it, if nothing but the stripe shines in this one.
     pub clear: bool,
+    /// The user said so.
+    pub certain: bool,
 }
 
 /// The joint of `kind`, or of any kind, in the frame whose centreline is `line`.
@@ -55,7 +57,7 @@ pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Opti
         Some(_) => edges(frame, place, kind),
         None => corner(frame, place, None).or_else(|| edges(frame, place, None)),
     };
-    seed.map(|seed| Seed { clear: true, ..seed })
+    seed.map(|seed| Seed { certain: true, ..seed })
 }
 
 fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
@@ -89,7 +91,7 @@ fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed>
     let mut model = learn(frame, place, kind)?;
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok()?.judged().ok()?;
     model.learn(&fit);
-    Some(Seed { clear: fit.is_clear() && fit.support > CLEAR_SUPPORT, model, fit })
+    Some(Seed { clear: fit.is_clear() && fit.support > CLEAR_SUPPORT, certain: false, model, fit })
 }
 
 /// The strongest bends of the centreline.

@@ -1,5 +1,7 @@
 //! Looking for a joint, frame by frame, until one is certain.
 
+use std::collections::VecDeque;
+
 use super::classify;
 use super::seed::{self, Seed};
 use crate::frame::GrayFrame;
@@ -8,10 +10,18 @@ use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_centr
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 use crate::units::PixelPoint;
 
-/// Seeds in successive frames that must agree where one is not clear by itself.
-const AGREEING_SEEDS: usize = 3;
-/// How close they must be \[px\]: the seam moves between frames.
-const AGREEMENT_PX: f64 = 8.0;
+/// Seeds that must agree among those of the last frames: a spatter does not stay.
+const AGREEING_SEEDS: usize = 4;
+const RECENT_FRAMES: usize = 8;
+/// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
+const AGREEMENT_PX: f64 = 4.0;
+const MOTION_PX: f64 = 1.5;
+/// How alike in gap \[px\].
+const GAP_AGREEMENT_PX: f64 = 5.0;
+/// A frame is calm when fewer pixels than this off the stripe are as bright as half the stripe: no spatter, no glare.
+const CALM_PIXELS: usize = 30;
+/// What counts as off the stripe \[px\].
+const OFF_STRIPE_PX: f32 = 15.0;
 /// A hairline lies in one straight stripe: this share of the columns near it must lie on the stripe's line.
 const STRAIGHT_SHARE: f64 = 0.75;
 const STRAIGHT_REACH_PX: usize = 40;
@@ -52,7 +62,10 @@ pub enum Found {
 pub struct Seeker {
     kind: Option<JointKind>,
     asked: Option<PixelPoint>,
-    pending: Vec<Seed>,
+    /// The seeds of the last frames, the newest last.
+    recent: VecDeque<Option<Seed>>,
+    /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
+    untouched: bool,
     hairline: HairlineTracker,
     straight_share: f64,
     hairline_frames: u32,
@@ -64,7 +77,8 @@ impl Seeker {
         Self {
             kind,
             asked: None,
-            pending: vec![],
+            recent: VecDeque::new(),
+            untouched: true,
             hairline: HairlineTracker::default(),
             straight_share: 0.0,
             hairline_frames: 0,
@@ -84,7 +98,9 @@ impl Seeker {
             Some(point) => seed::at(frame, self.kind, point),
             None => seed::find(frame, &line, self.kind),
         };
-        if let Some(seed) = self.confirmed(seed) {
+        let before_arc = self.untouched && is_calm(frame, &line);
+        self.untouched &= !stripe_seen;
+        if let Some(seed) = self.confirmed(seed, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
             return Found::Joint { seed: Box::new(seed), reason };
         }
@@ -102,22 +118,21 @@ impl Seeker {
         Found::Nothing { stripe_seen }
     }
 
-    /// The seed if it is clear by itself, or if those of the frames before agree with it.
-    fn confirmed(&mut self, seed: Option<Seed>) -> Option<Seed> {
-        let Some(seed) = seed else {
-            self.pending.clear();
-            return None;
-        };
-        let agrees = |other: &Seed| {
-            other.model.kind == seed.model.kind && (other.fit.centre.u_px - seed.fit.centre.u_px).abs() < AGREEMENT_PX
-        };
-        self.pending.retain(agrees);
-        self.pending.push(seed.clone());
-        if !seed.clear && self.pending.len() < AGREEING_SEEDS {
-            return None;
+    /// The seed if it is clear by itself in a frame from before the arc, or if those of the frames before agree.
+    fn confirmed(&mut self, seed: Option<Seed>, before_arc: bool) -> Option<Seed> {
+        self.recent.push_back(seed.clone());
+        if self.recent.len() > RECENT_FRAMES {
+            self.recent.pop_front();
         }
-        self.pending.clear();
-        Some(seed)
+        let seed = seed?;
+        let ages = self.recent.iter().rev().enumerate();
+        let agreeing =
+            ages.filter(|(age, other)| other.as_ref().is_some_and(|other| agree(&seed, other, *age))).count();
+        let certain = seed.certain || (seed.clear && before_arc) || agreeing >= AGREEING_SEEDS;
+        certain.then(|| {
+            self.recent.clear();
+            seed
+        })
     }
 
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
@@ -128,6 +143,32 @@ impl Seeker {
         self.hairline_frames = if present && straight { self.hairline_frames + 1 } else { 0 };
         self.hairline_frames >= HAIRLINE_FRAMES
     }
+}
+
+/// Whether a seed and that of `age` frames before are of one joint.
+fn agree(seed: &Seed, before: &Seed, age: usize) -> bool {
+    let gap_px = |seed: &Seed| seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    seed.model.kind == before.model.kind
+        && (seed.fit.centre.u_px - before.fit.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
+        && (gap_px(seed) - gap_px(before)).abs() < GAP_AGREEMENT_PX
+}
+
+/// Whether nothing but the stripe shines.
+fn is_calm(frame: &GrayFrame, line: &Centreline) -> bool {
+    let peaks = line.v_px.iter().enumerate().filter_map(|(u, v)| v.map(|v| (u, v)));
+    let mut stripe: Vec<u8> = peaks.clone().map(|(u, v)| frame.at_clamped(u as isize, v.round() as isize)).collect();
+    if stripe.is_empty() {
+        return false;
+    }
+    let middle = stripe.len() / 2;
+    let bright = *stripe.select_nth_unstable(middle).1 / 2;
+    let mut bright_pixels = 0;
+    for v in 0..frame.height_px() {
+        let row = frame.row(v).iter().enumerate();
+        let off_stripe = |u: usize| line.at(u).is_none_or(|at| (v as f32 - at).abs() > OFF_STRIPE_PX);
+        bright_pixels += row.filter(|&(u, &grey)| grey >= bright && off_stripe(u)).count();
+    }
+    bright_pixels < CALM_PIXELS
 }
 
 /// Share of the columns near `u_px` whose centre lies on the stripe's line.
