@@ -1,12 +1,15 @@
 //! Regression runs: built-in scenes, several seeds, any tracker, one table.
 //!
 //! What tracks is the caller's: a function from a [`Scene`] to one [`Lane`] for each estimate it makes. So the table of
-//! the program and that of the peers come from the same frames and the same figures.
+//! the program ([`follow`]) and that of the peers come from the same frames and the same figures.
+
+use std::time::Instant;
 
 use rayon::prelude::*;
 
 use crate::eval::{Errors, Estimate, WRONG_MM, errors};
 use crate::synth::{Scenario, ScenarioError, Scene};
+use crate::tracker::{Method, Tracker, TrackerError};
 
 /// One estimator's answer for a whole recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,6 +81,33 @@ pub fn run<E: Send>(
         })
         .collect::<Result<_, RegressError<E>>>()?;
     Ok(scores.into_iter().flatten().collect())
+}
+
+/// The program's own tracker on a scene, three lanes: `KCF`, its correlation filter's own peak; `filtered`; and
+/// `smoothed`, which is empty by a method without a smoother.
+///
+/// # Errors
+/// When the method cannot be built or fails.
+pub fn follow(scene: &Scene, method: &Method) -> Result<Vec<Lane>, TrackerError> {
+    let mut tracker = Tracker::new(method, None, None)?;
+    let (mut kcf, mut filtered, mut frame_ms) = (vec![], vec![], vec![]);
+    for i in 0..scene.frame_count() {
+        let frame = scene.render(i);
+        let began = Instant::now();
+        let estimate = tracker.step(&frame, scene.timestamp_s(i))?;
+        frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
+        let along = |point| scene.axis().along_px(point);
+        kcf.push(estimate.kcf.map(|kcf| Estimate { position_px: along(kcf.peak), std_px: None }));
+        filtered
+            .push(estimate.seam.map(|seam| Estimate { position_px: along(seam.centre), std_px: Some(seam.std_px) }));
+    }
+    let smoothed = tracker.smoothed()?.into_iter().map(|state| {
+        state.map(|(position_px, variance_px2)| Estimate { position_px, std_px: Some(variance_px2.sqrt()) })
+    });
+    let mut smoothed: Vec<_> = smoothed.collect();
+    smoothed.resize(scene.frame_count(), None);
+    let lane = |name: &str, estimates, frame_ms| Lane { name: name.to_owned(), estimates, frame_ms };
+    Ok(vec![lane("KCF", kcf, vec![]), lane("filtered", filtered, frame_ms), lane("smoothed", smoothed, vec![])])
 }
 
 /// Scores one lane.

@@ -43,7 +43,10 @@ impl Reproduce {
 fn tables(paper: Paper) -> anyhow::Result<Vec<Table>> {
     let tables = match paper {
         Paper::Zhang => zhang::tables(),
-        Paper::Du => du::simulated_tables(),
+        Paper::Du => {
+            let rendered = du::rendered::tables().context("the rendered scenes cannot be tracked")?;
+            du::simulated_tables().map(|simulated| simulated.into_iter().chain(rendered).collect())
+        }
         Paper::Infrared => infrared::tables(),
         Paper::Jiang => jiang::tables(),
         Paper::All => Ok(vec![]),

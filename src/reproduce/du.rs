@@ -1,7 +1,9 @@
 //! Du 2022, tables 2 and 3: a butt and a lap weld seen by the KCF alone and through the augmented Kalman filter.
 //!
 //! The paper publishes neither frames nor paths. [`simulated_tables`] replaces the KCF by noise with its printed mean
-//! absolute error; [`table`] makes the same tables from any runs, such as those over rendered scenes.
+//! absolute error; [`rendered::tables`] runs the whole program over made-up frames.
+
+pub mod rendered;
 
 use crate::kalman::{ColouredMeasurement, Frame, Gaussian, Imm, InvalidParameter, SeriesError, fit, smoother};
 use crate::units::MmPerPx;

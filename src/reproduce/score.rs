@@ -43,13 +43,25 @@ impl Score {
     /// The median of each figure over several runs.
     #[must_use]
     pub fn median(runs: &[Self]) -> Self {
-        let median_of = |value: &dyn Fn(&Self) -> f64| median(runs.iter().map(value).collect());
+        Self::each(runs, median)
+    }
+
+    /// The worst of each figure over several runs: the one farthest from 0.
+    #[must_use]
+    pub fn worst(runs: &[Self]) -> Self {
+        Self::each(runs, |values| {
+            values.into_iter().fold(0.0, |worst: f64, value| if value.abs() > worst.abs() { value } else { worst })
+        })
+    }
+
+    fn each(runs: &[Self], choose: impl Fn(Vec<f64>) -> f64) -> Self {
+        let of = |value: fn(&Self) -> f64| choose(runs.iter().map(value).collect());
         Self {
-            mean_absolute: median_of(&|run| run.mean_absolute),
-            largest: median_of(&|run| run.largest),
-            deviation_of_absolute: median_of(&|run| run.deviation_of_absolute),
-            rms: median_of(&|run| run.rms),
-            mean: median_of(&|run| run.mean),
+            mean_absolute: of(|run| run.mean_absolute),
+            largest: of(|run| run.largest),
+            deviation_of_absolute: of(|run| run.deviation_of_absolute),
+            rms: of(|run| run.rms),
+            mean: of(|run| run.mean),
         }
     }
 }
@@ -74,6 +86,12 @@ mod tests {
         let score = Score::of(&[1.0, -7.0]);
         assert_eq!((score.mean_absolute, score.largest, score.mean, score.mean_square()), (4.0, 7.0, -3.0, 25.0));
         assert_eq!(score.deviation_of_absolute, 3.0);
+    }
+
+    #[test]
+    fn the_worst_is_taken_figure_by_figure() {
+        let worst = Score::worst(&[Score::of(&[1.0, -7.0]), Score::of(&[4.5, 4.5]), Score::of(&[-5.0, -5.0])]);
+        assert_eq!((worst.mean_absolute, worst.largest, worst.mean), (5.0, 7.0, -5.0));
     }
 
     #[test]

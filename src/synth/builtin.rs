@@ -9,7 +9,7 @@ macro_rules! built_in {
 }
 
 /// Scenes A to K of the method's description, then those that cover what they do not.
-const SCENES: [(&str, &str); 22] = built_in![
+const SCENES: [(&str, &str); 24] = built_in![
     "A-butt",
     "B-lap",
     "C-butt-severe",
@@ -32,6 +32,8 @@ const SCENES: [(&str, &str); 22] = built_in![
     "hairline-arc",
     "demo-butt",
     "large",
+    "du-butt",
+    "du-lap",
 ];
 
 /// A family's name and the scene it is made from.

@@ -1,0 +1,138 @@
+//! What scripts rely on: columns, keys, millimetres, determinism.
+
+use std::fs;
+use std::path::Path;
+
+use seamtrack::eval::read_truth;
+use seamtrack::report::results::Status;
+use serde_json::Value;
+
+use crate::program::{demo, recording, rows, summary, track};
+
+const HEADER: &str = "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
+                      smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm";
+
+fn keys(value: &Value) -> Vec<&str> {
+    value.as_object().unwrap().keys().map(String::as_str).collect()
+}
+
+fn assert_has(value: &Value, wanted: &[&str]) {
+    for key in wanted {
+        assert!(keys(value).contains(key), "{key} is not among {:?}", keys(value));
+    }
+}
+
+fn with_truth(output: &Path, preset: &str) {
+    let truth = demo().join("truth.csv");
+    track(&demo(), output).args(["--preset", preset, "--truth"]).arg(truth).assert().success();
+}
+
+#[test]
+fn the_columns_begin_as_promised_and_there_is_one_row_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    with_truth(folder.path(), "robust");
+    let text = fs::read_to_string(folder.path().join("path.csv")).unwrap();
+    let header = text.lines().next().unwrap();
+    assert!(header == HEADER || header.starts_with(&format!("{HEADER},")), "{header}");
+    let rows = rows(folder.path());
+    assert_eq!(rows.len(), 58);
+    for (i, row) in rows.iter().enumerate() {
+        assert_eq!((row.frame, row.file.as_str()), (i, format!("frame_{i:06}.png").as_str()));
+        let has_value = matches!(row.status, Status::Tracked | Status::Coasting);
+        for value in [row.u_px, row.v_px, row.x_mm, row.x_std_mm] {
+            assert_eq!(value.is_some(), has_value, "{row:?}");
+        }
+    }
+}
+
+#[test]
+fn the_summary_has_the_promised_keys() {
+    let folder = tempfile::tempdir().unwrap();
+    with_truth(folder.path(), "robust");
+    let summary = summary(folder.path());
+    assert_has(&summary, &["schema_version", "program", "input", "config", "calibration", "frames", "joint", "timing"]);
+    assert_eq!(summary["schema_version"], 1);
+    assert!(summary["program"].as_str().unwrap().starts_with("seamtrack "));
+    let statuses = ["seeking", "tracked", "coasting", "lost", "unreadable"];
+    assert_has(&summary["frames"], &statuses);
+    assert_has(&summary["frames"], &["total", "repeated", "saturated"]);
+    let counted: u64 = statuses.iter().map(|status| summary["frames"][status].as_u64().unwrap()).sum();
+    assert_eq!((counted, summary["frames"]["total"].as_u64()), (58, Some(58)));
+    assert_has(&summary["joint"], &["kind", "decided_at_frame", "reason"]);
+    assert_has(&summary["timing"], &["decode_ms", "track_ms", "frames_per_second"]);
+    for timing in ["decode_ms", "track_ms"] {
+        assert_has(&summary["timing"][timing], &["p50", "p99", "max"]);
+    }
+    assert_has(&summary["errors"], &["kcf", "filtered", "smoothed"]);
+    for estimate in ["filtered", "smoothed"] {
+        let figures = ["frames", "mae_mm", "max_mm", "std_mm", "rmse_mm", "p95_mm", "bias_mm", "coverage_2sigma"];
+        assert_has(&summary["errors"][estimate], &figures);
+        assert_has(&summary["errors"][estimate], &["wrong_frames", "unavailable_frames"]);
+    }
+}
+
+#[test]
+fn without_a_truth_there_are_no_errors() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    track(&recording(folder.path(), 5), &output).assert().success();
+    assert!(summary(&output).get("errors").is_none());
+}
+
+#[test]
+fn millimetres_are_the_scale_times_the_way_from_the_origin() {
+    // Half a digit of each rounded column.
+    let tolerance_mm = 0.5e-4 + 0.073 * 2.0 * 0.5e-3;
+    let folder = tempfile::tempdir().unwrap();
+    let input = recording(folder.path(), 20);
+    let first_px = {
+        track(&input, &folder.path().join("first")).assert().success();
+        rows(&folder.path().join("first")).iter().find_map(|row| row.u_px).unwrap()
+    };
+    for (origin, origin_px) in [("first", first_px), ("centre", 199.5), ("120.25", 120.25)] {
+        let output = folder.path().join(origin);
+        track(&input, &output).args(["--force", "--origin", origin]).assert().success();
+        for row in rows(&output) {
+            let (u_px, x_mm) = (row.u_px.unwrap(), row.x_mm.unwrap());
+            assert!((x_mm - 0.073 * (u_px - origin_px)).abs() <= tolerance_mm, "{origin}: {row:?}");
+        }
+    }
+}
+
+#[test]
+fn the_errors_are_those_computed_from_the_two_files_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    with_truth(folder.path(), "paper");
+    let truth = read_truth(&demo().join("truth.csv")).unwrap();
+    let errors_mm: Vec<f64> = rows(folder.path())
+        .iter()
+        .zip(&truth)
+        .map(|(row, truth)| 0.073 * (row.u_px.unwrap() - truth.u_px.unwrap()))
+        .collect();
+    let n = errors_mm.len() as f64;
+    let mae_mm = errors_mm.iter().map(|e| e.abs()).sum::<f64>() / n;
+    let bias_mm = errors_mm.iter().sum::<f64>() / n;
+    let max_mm = errors_mm.iter().map(|e| e.abs()).fold(0.0, f64::max);
+    let filtered = &summary(folder.path())["errors"]["filtered"];
+    for (key, by_hand) in [("mae_mm", mae_mm), ("bias_mm", bias_mm), ("max_mm", max_mm)] {
+        // path.csv has three decimals of a pixel.
+        assert!((filtered[key].as_f64().unwrap() - by_hand).abs() < 0.073 * 0.5e-3, "{key}: {filtered} not {by_hand}");
+    }
+}
+
+#[test]
+fn equal_runs_give_equal_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    for preset in ["robust", "paper"] {
+        let run = |name: &str, threads: &str| {
+            let output = folder.path().join(preset).join(name);
+            track(&demo(), &output).args(["--preset", preset]).env("RAYON_NUM_THREADS", threads).assert().success();
+            let mut summary = summary(&output);
+            summary.as_object_mut().unwrap().remove("timing");
+            (fs::read(output.join("path.csv")).unwrap(), summary)
+        };
+        let first = run("first", "4");
+        assert!(first == run("again", "4"), "{preset}: a second run");
+        assert!(first == run("one", "1"), "{preset}: one thread");
+    }
+}

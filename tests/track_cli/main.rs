@@ -1,0 +1,11 @@
+//! `seamtrack track` as a user meets it, on the demonstration's recording.
+#![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
+
+mod bad_config;
+mod bad_frames;
+mod contract;
+mod exit_codes;
+mod golden;
+mod kinds;
+mod outputs;
+mod program;

@@ -1,0 +1,159 @@
+//! What becomes of the results: kept, replaced only when asked, complete or absent.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::Path;
+use std::process::Stdio;
+use std::time::Duration;
+
+use predicates::str::contains;
+
+use crate::program::{demo, demo_frames, line_with, recording, seamtrack, track, tracked};
+
+/// Every file of a folder with its bytes.
+fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
+    let files = entries.filter(|entry| entry.path().is_file());
+    files.map(|file| (file.file_name().into_string().unwrap(), fs::read(file.path()).unwrap())).collect()
+}
+
+#[test]
+fn results_are_not_overwritten_without_force() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (recording(folder.path(), 6), folder.path().join("out"));
+    tracked(&input, &output);
+    for file in ["path.csv", "summary.json", "report.html"] {
+        assert!(output.join(file).is_file(), "{file}");
+    }
+    let before = contents(&output);
+    track(&input, &output).assert().code(1).stderr(line_with(&["out", "--force"]));
+    assert!(contents(&output) == before);
+    track(&input, &output).args(["--force", "--origin", "centre"]).assert().success();
+    assert!(contents(&output)["path.csv"] != before["path.csv"]);
+    let parts = contents(&output).keys().filter(|name| name.ends_with(".part")).count();
+    assert_eq!(parts, 0, "no temporary file stays behind");
+}
+
+#[test]
+fn an_output_folder_that_cannot_be_made_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = recording(folder.path(), 3);
+    let file = folder.path().join("taken");
+    fs::write(&file, "mine").unwrap();
+    track(&input, &file).assert().code(1).stderr(line_with(&["taken"]));
+    track(&input, &file.join("below")).assert().code(1).stderr(line_with(&["taken"]));
+    assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
+    // Not even an administrator makes folders here.
+    if cfg!(target_os = "linux") {
+        track(&input, Path::new("/proc/seamtrack")).assert().code(1).stderr(line_with(&["/proc/seamtrack"]));
+    }
+}
+
+#[test]
+fn a_run_that_fails_leaves_the_earlier_results_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let (input, output) = (recording(folder.path(), 6), folder.path().join("out"));
+    tracked(&input, &output);
+    let before = contents(&output);
+    let truth = folder.path().join("truth.csv");
+    fs::write(&truth, "frame,u_px\n900,1\n").unwrap();
+    track(&input, &output).arg("--force").arg("--truth").arg(&truth).assert().code(1);
+    track(&folder.path().join("nowhere"), &output).arg("--force").assert().code(1);
+    for file in fs::read_dir(&input).unwrap() {
+        fs::write(file.unwrap().path(), "no picture").unwrap();
+    }
+    track(&input, &output).arg("--force").assert().code(1);
+    assert!(contents(&output) == before);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_run_that_is_killed_leaves_the_earlier_results_as_they_were() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    tracked(&recording(folder.path(), 6), &output);
+    let before = contents(&output);
+    // Many times the frames that are done by then.
+    let long = folder.path().join("long");
+    fs::create_dir(&long).unwrap();
+    let frames = demo_frames();
+    for i in 0..20_000 {
+        std::os::unix::fs::symlink(&frames[i % frames.len()], long.join(format!("{i}.png"))).unwrap();
+    }
+    let mut running = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack"))
+        .arg("track")
+        .arg(&long)
+        .arg("-o")
+        .arg(&output)
+        .args(["--force", "--quiet"])
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    assert!(running.try_wait().unwrap().is_none(), "it is still running");
+    running.kill().unwrap();
+    running.wait().unwrap();
+    assert!(contents(&output) == before);
+}
+
+/// A limit on the size of files stands for a full disk.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_an_error_of_one_line_and_the_earlier_results_stay() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    tracked(&recording(folder.path(), 6), &output);
+    let before = contents(&output);
+    let script = "trap '' XFSZ; ulimit -f 2; exec \"$@\"";
+    let run = assert_cmd::Command::new("sh")
+        .args(["-c", script, "sh", env!("CARGO_BIN_EXE_seamtrack"), "track"])
+        .arg(demo())
+        .arg("-o")
+        .arg(&output)
+        .args(["--joint", "butt", "--force", "--quiet"])
+        .assert();
+    run.code(1).stderr(line_with(&["path.csv", "cannot write"]));
+    assert!(contents(&output) == before);
+}
+
+#[test]
+fn a_manifest_of_two_recordings_gives_each_what_it_gets_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let short = recording(folder.path(), 20);
+    let manifest = folder.path().join("list.csv");
+    let truth = demo().join("truth.csv");
+    let lines = format!("input,truth\nrecording,\n{},{}\n", demo().display(), truth.display());
+    fs::write(&manifest, lines).unwrap();
+    let output = folder.path().join("out");
+    let all = || {
+        let mut command = seamtrack();
+        command.arg("track").arg("--manifest").arg(&manifest).arg("-o").arg(&output);
+        command.args(["--joint", "butt", "--jobs", "2", "--quiet"]);
+        command
+    };
+    all().assert().success();
+    for (name, input) in [("recording", &short), ("demo-butt", &demo())] {
+        let alone = folder.path().join(format!("{name}-alone"));
+        tracked(input, &alone);
+        let both = [&output.join(name), &alone].map(|folder| fs::read(folder.join("path.csv")).unwrap());
+        assert!(both[0] == both[1], "{name}");
+    }
+    assert!(crate::program::summary(&output.join("demo-butt"))["errors"]["filtered"].is_object());
+    assert!(crate::program::summary(&output.join("recording")).get("errors").is_none());
+    all().assert().code(1).stderr(contains("--force"));
+
+    // One that fails does not take the other's results.
+    fs::write(&manifest, "input\nrecording\nnowhere\n").unwrap();
+    fs::remove_dir_all(&output).unwrap();
+    all().assert().code(1).stderr(contains("nowhere")).stderr(contains("1 of 2 recordings failed"));
+    assert!(output.join("recording/path.csv").is_file());
+}
+
+#[test]
+fn two_recordings_that_would_share_a_folder_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = recording(folder.path(), 3);
+    let mut command = seamtrack();
+    command.arg("track").arg(&input).arg(&input).arg("-o").arg(folder.path().join("out"));
+    command.assert().code(1).stderr(line_with(&["recording", "one by one"]));
+}
