@@ -5,39 +5,44 @@
 //! moves, so that rounding the first box costs nothing.
 #![expect(clippy::disallowed_types, reason = "OpenCV's trackers take a Mat; it stays in this file")]
 
+use std::ops::RangeInclusive;
 use std::time::Instant;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
+use clap::Parser;
 use opencv::core::{Mat, MatTraitConst, Rect, set_num_threads};
 use opencv::prelude::TrackerTrait;
 use opencv::tracking::{Legacy_TrackerMOSSE, TrackerCSRT, TrackerKCF, upgrade_tracking_api};
 use opencv::video::TrackerMIL;
+use seamtrack::config::Config;
 use seamtrack::eval::Estimate;
 use seamtrack::frame::GrayFrame;
-use seamtrack::regress::{Lane, run, table};
+use seamtrack::regress::{Lane, follow, parse_seeds, run, table};
 use seamtrack::synth::{Scene, builtin};
 use seamtrack::units::StripeAxis;
 
 /// Width and height of the box round the seam \[px\]: the ROI of Du 2022.
 const BOX_PX: (f64, f64) = (80.0, 60.0);
 
+/// Measure OpenCV's trackers on built-in scenes
+#[derive(Parser)]
+struct Arguments {
+    /// Scenes [default: A to K]
+    scenes: Vec<String>,
+    /// 5 for 1 to 5, or 11-15
+    #[arg(long, default_value = "1-3", value_parser = parse_seeds)]
+    seeds: RangeInclusive<u64>,
+}
+
 fn main() -> Result<()> {
-    let (mut seeds, mut names) = (3, Vec::new());
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        if argument == "--seeds" {
-            seeds = arguments.next().context("--seeds needs a number")?.parse().context("--seeds needs a number")?;
-        } else {
-            names.push(argument);
-        }
-    }
+    let Arguments { scenes: mut names, seeds } = Arguments::parse();
     if names.is_empty() {
         // Scenes A to K: the special ones have frames without a seam or no seam in frame 0.
         names = builtin::scene_names().into_iter().take(12).collect();
     }
     let scenes =
         names.into_iter().map(|name| Ok((name.clone(), builtin::scenario(&name)?))).collect::<Result<Vec<_>>>()?;
-    let seeds: Vec<u64> = (1..=seeds).collect();
+    let seeds: Vec<u64> = seeds.collect();
     set_num_threads(1)?;
     let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build()?;
     let scores = one_thread.install(|| run(&scenes, &seeds, peers)).map_err(|error| anyhow!(error))?;
@@ -46,14 +51,18 @@ fn main() -> Result<()> {
 }
 
 /// All peers on a scene, one after another.
-fn peers(scene: &Scene) -> opencv::Result<Vec<Lane>> {
-    Ok(vec![
+/// The peers, then the program's own causal and smoothed path with its default configuration, which finds the seam by
+/// itself.
+fn peers(scene: &Scene) -> Result<Vec<Lane>> {
+    let mut lanes = vec![
         lane("OpenCV KCF", TrackerKCF::create_def()?, scene)?,
         lane("OpenCV CSRT", TrackerCSRT::create_def()?, scene)?,
         // MOSSE's boxes move by whole pixels, so that the newer interface loses nothing.
         lane("OpenCV MOSSE", upgrade_tracking_api(&Legacy_TrackerMOSSE::create()?.into())?, scene)?,
         lane("OpenCV MIL", TrackerMIL::create_def()?, scene)?,
-    ])
+    ];
+    lanes.extend(follow(scene, &Config::default().method()?)?.into_iter().filter(|lane| lane.name != "KCF"));
+    Ok(lanes)
 }
 
 /// A tracker on a scene, started at the true centre. A frame for which it reports no box has no value.

@@ -1,31 +1,66 @@
 //! Tracks built-in scenes with several seeds and prints one table: `make regress`.
 //!
-//! `cargo run --example regress -- [--seeds N] [SCENE]...`; without names: scenes A to K and the special
-//! ones.
+//! `cargo run --release --example regress -- [--seeds 11-15] [--find-joint] [SCENE]...`. The tracker is
+//! told the joint unless `--find-joint` asks it to find out.
 
-use anyhow::{Context, Result, anyhow};
-use seamtrack::config::Config;
-use seamtrack::regress::{follow, run, table};
-use seamtrack::synth::builtin;
+use std::ops::RangeInclusive;
+
+use anyhow::{Result, anyhow};
+use clap::Parser;
+use seamtrack::config::{Config, Joint, Preset};
+use seamtrack::regress::{Lane, follow, parse_seeds, run, table};
+use seamtrack::synth::scenario::Joint as DrawnJoint;
+use seamtrack::synth::{Scene, builtin};
+use seamtrack::tracker::TrackerError;
+
+/// Track built-in scenes with several seeds and print one table
+#[derive(Parser)]
+struct Arguments {
+    /// Scenes [default: A to K and the special ones]
+    scenes: Vec<String>,
+    /// 5 for 1 to 5, or 11-15
+    #[arg(long, default_value = "1-3", value_parser = parse_seeds)]
+    seeds: RangeInclusive<u64>,
+    /// Let the program find the kind of joint
+    #[arg(long)]
+    find_joint: bool,
+}
 
 fn main() -> Result<()> {
-    let (mut seeds, mut names) = (3, Vec::new());
-    let mut arguments = std::env::args().skip(1);
-    while let Some(argument) = arguments.next() {
-        if argument == "--seeds" {
-            seeds = arguments.next().context("--seeds needs a number")?.parse().context("--seeds needs a number")?;
-        } else {
-            names.push(argument);
-        }
-    }
+    let Arguments { scenes: mut names, seeds, find_joint } = Arguments::parse();
     if names.is_empty() {
         names = builtin::scene_names();
     }
-    let scenes =
-        names.into_iter().map(|name| Ok((name.clone(), builtin::scenario(&name)?))).collect::<Result<Vec<_>>>()?;
-    let seeds: Vec<u64> = (1..=seeds).collect();
-    let method = Config::default().method()?;
-    let scores = run(&scenes, &seeds, |scene| follow(scene, &method)).map_err(|error| anyhow!(error))?;
+    let named = |name: String| Ok((name.clone(), builtin::scenario(&name)?));
+    let scenes = names.into_iter().map(named).collect::<Result<Vec<_>>>()?;
+    let seeds: Vec<u64> = seeds.collect();
+    let scores = run(&scenes, &seeds, |scene| lanes(scene, find_joint)).map_err(|error| anyhow!(error))?;
     print!("{}", table(&scores));
     Ok(())
+}
+
+/// The paper's method, then the robust one, causal and smoothed.
+fn lanes(scene: &Scene, find_joint: bool) -> Result<Vec<Lane>, TrackerError> {
+    let joint = match scene.drawn_scenario().joint {
+        _ if find_joint => Joint::Auto,
+        DrawnJoint::Butt(_) => Joint::Butt,
+        DrawnJoint::Lap(_) => Joint::Lap,
+        DrawnJoint::Vgroove(_) => Joint::Vgroove,
+        DrawnJoint::Fillet(_) => Joint::Fillet,
+        _ => Joint::Auto,
+    };
+    let paper = Config { preset: Preset::Paper, ..Config::default() };
+    let robust = Config { joint, ..Config::default() };
+    let renamed = |lane: Lane, name: &str| Lane { name: name.to_owned(), ..lane };
+    let mut lanes = vec![];
+    for (config, names) in [(paper, ["KCF alone", "paper"]), (robust, ["causal", "smoothed"])] {
+        let Ok(method) = config.method() else { continue };
+        let wanted = if config.preset == Preset::Paper { ["KCF", "filtered"] } else { ["filtered", "smoothed"] };
+        for lane in follow(scene, &method)? {
+            if let Some(place) = wanted.iter().position(|name| *name == lane.name) {
+                lanes.push(renamed(lane, names[place]));
+            }
+        }
+    }
+    Ok(lanes)
 }

@@ -61,6 +61,18 @@ pub enum RegressError<E> {
     },
 }
 
+/// Seeds as the command line gives them: `5` is 1 to 5, `11-15` is 11 to 15.
+///
+/// # Errors
+/// When the text is neither.
+pub fn parse_seeds(text: &str) -> Result<std::ops::RangeInclusive<u64>, String> {
+    let number = |text: &str| text.trim().parse::<u64>().map_err(|_| format!("{text:?} is no seed; give 5 or 11-15"));
+    match text.split_once('-') {
+        None => Ok(1..=number(text)?),
+        Some((first, last)) => Ok(number(first)?..=number(last)?),
+    }
+}
+
 /// Renders, tracks and scores every scene with every seed, in parallel on rayon's current threads. The scores come in
 /// the order of scenes, seeds and lanes, whatever the threads do.
 ///

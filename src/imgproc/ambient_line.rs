@@ -1,4 +1,4 @@
-//! The joint in ambient light: a faint dark or bright line that crosses the stripe's line at the seam (METHOD.md §6).
+//! The joint in ambient light: a faint dark or bright line that crosses the stripe's line at the seam (docs/method.md §6).
 //!
 //! A second witness while no arc burns. The same contrast must show on both sides of the stripe.
 

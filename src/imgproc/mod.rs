@@ -1,4 +1,5 @@
-//! From a frame to the stripe: median filter, centreline, seam features and ROI.
+//! From a frame to the stripe: median filter, centreline, seam features and ROI, the joint's geometry, and the evidence of
+//! a hairline along the straightened stripe.
 //!
 //! Everything here sees a horizontal stripe: a vertical one is transposed before it comes here.
 

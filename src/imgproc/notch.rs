@@ -1,4 +1,4 @@
-//! What a hairline joint does to the stripe, scored per column of the rectified band (METHOD.md §6.3).
+//! What a hairline joint does to the stripe, scored per column of the rectified band (docs/method.md §6.3).
 //!
 //! The seam shows as a dark notch, as a sideways glint, as a step of height or of brightness, and no single one of these
 //! survives all frames. Each is a contrast along the stripe, in the log domain because the core is saturated, made

@@ -1,4 +1,4 @@
-//! The seam's own look on the log band, learned while tracking (METHOD.md §6.4).
+//! The seam's own look on the log band, learned while tracking (docs/method.md §6.4).
 //!
 //! With the mean look `t` at the seam, zero mean elsewhere, and the band's variance per row the same in both places,
 //! the log likelihood ratio of a patch `x` is linear (Fisher's discriminant): `tᵀΣ⁻¹x − ½ tᵀΣ⁻¹t`.
@@ -6,7 +6,7 @@
 use super::box_filter::RunningSums;
 use super::rectify::Band;
 
-/// Half size of the template along and across the stripe \[px\]: 15 × 21 (METHOD.md §6.4).
+/// Half size of the template along and across the stripe \[px\]: 15 × 21 (docs/method.md §6.4).
 const HALF_ALONG_PX: usize = 7;
 const HALF_ACROSS_PX: isize = 10;
 const ALONG: usize = 2 * HALF_ALONG_PX + 1;
@@ -17,7 +17,7 @@ const LOCAL_HALF_PX: usize = 20;
 const LOG_LIMIT: f32 = 1.5;
 /// Least variance of a row: a dark row must not weigh without limit.
 const VARIANCE_FLOOR: f32 = 0.02;
-/// Learning rate (METHOD.md §6.4), and the first patches' mean, shrunk towards no look at all.
+/// Learning rate (docs/method.md §6.4), and the first patches' mean, shrunk towards no look at all.
 const RATE: f32 = 0.06;
 const SHRINK_FRAMES: f32 = 3.0;
 /// Neighbouring pixels are correlated: about one in seven counts (prototype).

@@ -1,5 +1,5 @@
 //! The band along the stripe's line, straightened, with the stripe's ends and the columns glare makes useless
-//! (METHOD.md §6.1 and §6.2).
+//! (docs/method.md §6.1 and §6.2).
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use super::box_filter::RunningSums;
 use super::stripe_line::{StripeLine, StripeLineFinder};
 use crate::frame::GrayFrame;
 
-/// Rows of the band above and below the line \[px\] (METHOD.md §6.1).
+/// Rows of the band above and below the line \[px\] (docs/method.md §6.1).
 pub const BAND_HALF_PX: usize = 16;
 /// Rows of the band.
 pub const BAND_ROWS: usize = 2 * BAND_HALF_PX + 1;
@@ -21,10 +21,10 @@ const END_SHARE: f32 = 0.3;
 const END_MIN_GREY: f32 = 6.0;
 /// Darker stretches up to this length \[px\] are part of the stripe: a gap, a shadow.
 const END_BRIDGE_PX: usize = 30;
-/// Frames over which the ends are running percentiles, and which: one spatter must not move them (METHOD.md §6.2).
+/// Frames over which the ends are running percentiles, and which: one spatter must not move them (docs/method.md §6.2).
 const END_FRAMES: usize = 21;
 const END_PERCENTILE: f64 = 0.6;
-/// Within this of an end the end itself is the strongest edge \[px\] (METHOD.md §6.2).
+/// Within this of an end the end itself is the strongest edge \[px\] (docs/method.md §6.2).
 const END_MARGIN_PX: usize = 6;
 /// Rows of the band at its two rims that show the background \[px\].
 const RIM_PX: usize = 7;

@@ -32,7 +32,7 @@ const BACKGROUND_HALF_PX: usize = 13;
 const TRIANGLE_HALF_PX: usize = 4;
 /// The ridge of a known line is looked for within this distance \[px\].
 const PRIOR_REACH_PX: f64 = 14.0;
-/// A ridge lower than this over its background is no stripe \[grey\] (METHOD.md §6.1).
+/// A ridge lower than this over its background is no stripe \[grey\] (docs/method.md §6.1).
 const MIN_RIDGE_GREY: f32 = 8.0;
 /// A brighter ridge weighs no more than this \[grey\].
 const MAX_WEIGHT_GREY: f32 = 60.0;

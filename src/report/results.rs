@@ -52,7 +52,7 @@ impl fmt::Display for Status {
 pub struct PathRow {
     /// Number of the frame, from 0 in processing order.
     pub frame: usize,
-    /// Name of the frame's file; empty for a video.
+    /// Name of the frame's file; `name[number]` for a page or a picture of a video.
     pub file: String,
     /// Time stamp \[s\].
     pub time_s: f64,

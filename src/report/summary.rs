@@ -79,7 +79,7 @@ pub struct Calibration {
 pub struct Limits {
     /// Below this PSR the template does not learn.
     pub psr: Option<f64>,
-    /// Above this NIS an observation is inflated or rejected.
+    /// Above this NIS an observation is refused.
     pub nis: Option<f64>,
     /// `--max-unavailable` \[% of the frames\].
     pub max_unavailable_pct: Option<f64>,
@@ -97,7 +97,7 @@ pub struct FrameCounts {
     pub unreadable: usize,
     /// Frames equal to their predecessor byte for byte.
     pub repeated: usize,
-    /// Frames whose stripe is mostly at full scale.
+    /// Frames of which over a twentieth is at full scale.
     pub saturated: usize,
 }
 

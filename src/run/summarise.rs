@@ -6,7 +6,7 @@ use super::{RunError, RunOutcome};
 use crate::config::{Config, Preset};
 use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
 use crate::tracker::REFUSE_NIS;
-use crate::units::{MmPerPx, StripeAxis};
+use crate::units::StripeAxis;
 
 /// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
 ///
@@ -37,7 +37,7 @@ pub fn summarise(
             mm_per_px: config.mm_per_px,
             stripe: outcome.axis.unwrap_or(StripeAxis::Horizontal),
             origin_px: outcome.calibration.map(|calibration| calibration.origin_px),
-            source: if config.mm_per_px == MmPerPx::DU_2022 { "the scale of Du 2022" } else { "a given scale" }.into(),
+            source: "one scale along the stripe".into(),
             more: Map::new(),
         },
         limits: Limits {
@@ -50,7 +50,7 @@ pub fn summarise(
         joint: match &outcome.joint {
             Some(decision) => Joint {
                 kind: decision.kind.into(),
-                decided_at_frame: Some(decision.frame.saturating_sub(1)),
+                decided_at_frame: Some(decision.frame),
                 reason: decision.reason.clone(),
             },
             None => Joint {

@@ -47,7 +47,7 @@ impl Folder {
     }
 
     /// A recording of one image.
-    pub fn single(path: &Path, _period_s: f64) -> Self {
+    pub fn single(path: &Path) -> Self {
         Self::of(VecDeque::from([(path.to_owned(), 0.0)]))
     }
 

@@ -27,7 +27,7 @@ pub struct SixteenBitScale {
 }
 
 impl SixteenBitScale {
-    /// The scale of a recording from its first frames: the bit depth (10, 12, 14 or 16) into which 99.9 % of their
+    /// The scale of a recording from its first frames: the bit depth (8, 10, 12, 14 or 16) into which 99.9 % of their
     /// pixels fit. Cameras of those depths write their values unshifted.
     pub fn from_first_frames(frames: &[Decoded]) -> Option<Self> {
         let mut greys: Vec<u16> = frames

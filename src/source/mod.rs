@@ -114,7 +114,7 @@ pub fn open(path: &Path, period_s: f64) -> Result<Box<dyn FrameSource>, SourceEr
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
     match extension.as_deref() {
         Some("tif" | "tiff") => Ok(Box::new(tiff_stack::TiffStack::open(path, period_s)?)),
-        Some("png" | "jpg" | "jpeg" | "bmp") => Ok(Box::new(folder::Folder::single(path, period_s))),
+        Some("png" | "jpg" | "jpeg" | "bmp") => Ok(Box::new(folder::Folder::single(path))),
         _ => Ok(Box::new(video::Video::open(path, period_s)?)),
     }
 }
@@ -126,10 +126,7 @@ pub struct SizeCheck {
 }
 
 impl SizeCheck {
-    /// The frame again, or [`FrameError::OtherSize`].
-    ///
-    /// # Errors
-    /// When the frame could not be read, or has another size than the first one.
+    /// The frame again, its picture replaced by [`FrameError::OtherSize`] when it is not of the first one's size.
     pub fn admit(&mut self, frame: SourceFrame) -> SourceFrame {
         let SourceFrame { file, time_s, picture } = frame;
         let picture = picture.and_then(|picture| {

@@ -120,9 +120,9 @@ impl Estimate {
 /// The kind of joint, and how it was decided.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct JointDecision {
-    /// butt, lap, vgroove or fillet.
+    /// butt, lap, vgroove or fillet; butt-or-lap by the paper's method, which does not tell them apart.
     pub kind: &'static str,
-    /// Number of the frame, from 1.
+    /// Number of the frame, from 0.
     pub frame: usize,
     /// Why, in one sentence.
     pub reason: String,

@@ -2,7 +2,7 @@
 //!
 //! A hidden Markov model in the sense of Rabiner 1989: the states are the cells (position, velocity) and one further
 //! state, "no seam". A seam is born anywhere along the stripe, moves on with its velocity, and ends. In place of a
-//! single Gaussian it can keep several places in mind until the evidence decides (METHOD.md §6.5).
+//! single Gaussian it can keep several places in mind until the evidence decides (docs/method.md §6.5).
 //!
 //! The evidence is a row of log likelihood ratios, one a column: how much likelier the frame is with a seam there than
 //! with none. So the probability of "no seam" is an honest one: it falls only when the evidence along *one possible
@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Cells a pixel: with velocities in steps of one cell a frame every shift is exact.
 const CELLS_PER_PX: usize = 2;
-/// Fastest seam \[cells/frame\]: ±5 px a frame (METHOD.md §6.5).
+/// Fastest seam \[cells/frame\]: ±5 px a frame (docs/method.md §6.5).
 const MAX_CELLS_PER_FRAME: usize = 10;
 const VELOCITIES: usize = 2 * MAX_CELLS_PER_FRAME + 1;
 /// The velocity's random walk \[px/frame, 1 σ\] and the position's own diffusion to each neighbour cell (prototype).

@@ -1,5 +1,5 @@
 //! Tracks a hairline butt joint along the stripe: evidence per column, a grid filter, and the courage to say "none"
-//! (METHOD.md §6).
+//! (docs/method.md §6).
 
 use crate::frame::GrayFrame;
 use crate::imgproc::{AmbientLine, Band, NotchEvidence, NotchTemplate, StripeRectifier};
@@ -19,7 +19,7 @@ const NOTCH_FLOOR_NATS: f32 = -3.0;
 const NATS_PER_AMBIENT: f32 = 1.5;
 const AMBIENT_FROM: f32 = 0.5;
 const AMBIENT_NATS: f32 = 3.0;
-/// What the learned template may add \[nats\] (METHOD.md §6.4: capped). It may take little away: the seam's look changes.
+/// What the learned template may add \[nats\] (docs/method.md §6.4: capped). It may take little away: the seam's look changes.
 const TEMPLATE_NATS: (f32, f32) = (-1.0, 3.0);
 /// Most that one frame may say for one column \[nats\]: with 8, single spatters decide.
 const FRAME_NATS: f32 = 4.0;
@@ -37,7 +37,7 @@ const CONFIRM_FRAMES: u32 = 3;
 const CLEAR_PRESENCE: f64 = 0.5;
 const CLEAR_CONFIDENCE: f64 = 0.9;
 const GIVE_UP_PRESENCE: f64 = 0.05;
-/// The template learns where the fixed evidence within 3 px agrees, and no glare is within 8 px (METHOD.md §6.4).
+/// The template learns where the fixed evidence within 3 px agrees, and no glare is within 8 px (docs/method.md §6.4).
 const LEARN_SCORE: f32 = 3.0;
 const LEARN_REACH_PX: usize = 3;
 const LEARN_HOT_REACH_PX: usize = 8;

@@ -42,7 +42,7 @@ impl Default for PaperSettings {
             psr_threshold: 8.0,
             learning_rate: 0.03,
             kalman: ColouredMeasurement::printed(),
-            seed_variance_px2: 0.1,
+            seed_variance_px2: ColouredMeasurement::CLEAN_VARIANCE_PX2,
         }
     }
 }
@@ -93,7 +93,7 @@ impl PaperTracker {
         self.kcf.train(frame, centre);
         self.joint.get_or_insert_with(|| JointDecision {
             kind: "butt-or-lap",
-            frame: self.frame_number,
+            frame: self.frame_number - 1,
             reason: "the centreline jumps or breaks at one place".into(),
         });
         let filter = self.settings.kalman.start_from_clean(centre.u_px, self.settings.seed_variance_px2)?;

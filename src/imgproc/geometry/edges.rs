@@ -210,7 +210,6 @@ fn vertex(edges: &[f64], best: usize, objective: impl Fn(usize) -> f64) -> f64 {
     let around = best.saturating_sub(3)..(best + 4).min(edges.len());
     let samples: Vec<(f64, f64)> =
         around.map(|i| (edges[i] - edges[best], objective(i))).filter(|(_, value)| value.is_finite()).collect();
-    let n = samples.len() as f64;
     if samples.len() < 4 {
         return edges[best];
     }
@@ -221,7 +220,7 @@ fn vertex(edges: &[f64], best: usize, objective: impl Fn(usize) -> f64) -> f64 {
         return edges[best];
     };
     let (slope, curvature) = (solution[1], solution[2]);
-    if n < 4.0 || curvature <= 1e-3 {
+    if curvature <= 1e-3 {
         return edges[best];
     }
     edges[best] + (-slope / (2.0 * curvature)).clamp(-0.6, 0.6)

@@ -14,8 +14,10 @@ const INNER_EDGES_PX: f64 = 14.0;
 const INNER_FILLET_PX: f64 = 6.0;
 /// The stretch in which a V-groove's flank begins \[px\].
 const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
-/// Widest and narrowest V-groove, root to shoulder \[px\].
+/// Narrowest and widest V-groove, root to shoulder \[px\].
 const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=70.0;
+/// How often a flank's line is fitted anew over its new length.
+const GROWTH_ROUNDS: usize = 3;
 /// Columns beyond a shoulder that must have left the flank's line, by their median.
 const SHOULDER_COLUMNS: usize = 9;
 /// What counts as near a corner \[px\], and how far off it the stripe may lie there \[px\]: rounded toes are 2 px deep.
@@ -46,9 +48,9 @@ pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<Joi
     };
     let (left, right, half_width_px) = match kind {
         JointKind::VGroove => {
-            let left = side(-FLANK_PX.end, -FLANK_PX.start)?;
-            let right = side(FLANK_PX.start, FLANK_PX.end)?;
-            let half = flank_end(&peaks, left, -1.0).min(flank_end(&peaks, right, 1.0));
+            let (left, left_end) = grown_flank(&peaks, -1.0)?;
+            let (right, right_end) = grown_flank(&peaks, 1.0)?;
+            let half = left_end.min(right_end);
             // Flanks without an end in sight have no shoulder: then there is no half width.
             let shoulders = HALF_WIDTHS_PX.contains(&half);
             let half = half.clamp(*HALF_WIDTHS_PX.start(), *HALF_WIDTHS_PX.end());
@@ -140,6 +142,22 @@ fn consensus_line(peaks: &[Peak]) -> Option<Line> {
     let covariance: f64 = members.iter().map(|p| (p.du_px - mu) * (p.v_px - mv)).sum();
     let slope = if spread > 0.0 { covariance / spread } else { line.slope };
     Some(Line { v_px: mv - slope * mu, slope })
+}
+
+/// A flank's line and where it ends, going to `sign`: from the stretch next to the root outwards, as long as it grows.
+fn grown_flank(peaks: &[Peak], sign: f64) -> Option<(Line, f64)> {
+    let line_up_to = |end_px: f64| {
+        let within = |p: &&Peak| (FLANK_PX.start..end_px).contains(&(sign * p.du_px));
+        consensus_line(&peaks.iter().filter(within).copied().collect::<Vec<_>>())
+    };
+    let mut line = line_up_to(FLANK_PX.end)?;
+    let mut end_px = flank_end(peaks, line, sign);
+    for _ in 0..GROWTH_ROUNDS {
+        let Some(longer) = line_up_to(end_px) else { break };
+        line = longer;
+        end_px = flank_end(peaks, line, sign);
+    }
+    Some((line, end_px))
 }
 
 /// How far from the root the columns stay on a flank's line, going to `sign` \[px\]: up to where the median of the next

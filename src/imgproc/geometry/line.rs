@@ -39,7 +39,7 @@ pub struct SideFit {
     pub amplitude: f64,
 }
 
-/// Weight of the slope prior [px²]: as much as 30,000 px² of column spread, a clean side of 50 columns. Prototype.
+/// Weight of the slope prior [px²]: as much as a clean side of 71 columns has (n³/12). Prototype.
 const SLOPE_PRIOR_PX2: f64 = 30_000.0;
 /// Weight of the prior on the slope that is learned from.
 const FREE_SLOPE_PRIOR_PX2: f64 = 300.0;

@@ -2,6 +2,7 @@
 
 use nalgebra::SMatrix;
 
+use super::GEOMETRY_VARIANCE_PX2;
 use super::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
 use super::judge::Measured;
 use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
@@ -61,7 +62,7 @@ impl History {
             return Ok(vec![None; self.places.len()]);
         }
         let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
-        let model = filter::model(PROCESS_NOISE[1], 0.1, noise)
+        let model = filter::model(PROCESS_NOISE[1], GEOMETRY_VARIANCE_PX2, noise)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
         let at = |&place: &usize| {

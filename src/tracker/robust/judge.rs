@@ -20,7 +20,7 @@ const AGREEMENT_PX: f64 = 1.5;
 const STEEPEST_SLOPE_PX: f64 = 8.0;
 /// Variances of position and velocity when the filter starts anew from them \[px², px²/frame²\].
 const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
-/// σ of the prediction above which the seam is lost \[px\]: 2.5 σ are 1 mm at 0.073 mm/px.
+/// σ of the prediction above which the seam is lost \[px\]: 2.7 σ are 1 mm at 0.073 mm/px.
 const LOST_STD_PX: f64 = 5.0;
 /// Frames without a sighting after which the seam is lost, however sure the prediction is: half as many as there were
 /// sightings, within these bounds. A young track has not earned a long absence.

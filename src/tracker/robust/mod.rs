@@ -64,7 +64,7 @@ impl Default for RobustSettings {
 
 /// R of an accepted geometry fit \[px²\]. Prototype.
 const GEOMETRY_VARIANCE_PX2: f64 = 0.1;
-/// R of a KCF peak at full PSR \[px²\]; it grows with the fourth power as the PSR falls. Prototype.
+/// R of a KCF peak at [`FULL_PSR_RATIO`] \[px²\]; it grows with the fourth power as the PSR falls. Prototype.
 const KCF_VARIANCE_PX2: f64 = 4.5;
 /// The PSR ratio that counts as full: T = 8 of Du 2022 over its ceiling of 14.1.
 const FULL_PSR_RATIO: f64 = 0.57;
@@ -170,7 +170,7 @@ impl RobustTracker {
         let seam = following.seam();
         self.following = Some(following);
         if self.joint.is_none() {
-            self.joint = Some(JointDecision { kind: kind.name(), frame: self.frame_number, reason });
+            self.joint = Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason });
         }
         Ok(Estimate { status: Status::Tracked, seam: Some(seam), ..Estimate::seeking(Observation::Seed) })
     }
@@ -269,7 +269,8 @@ impl Follow for RobustTracker {
         if repeated && let Some(last) = self.last {
             self.clock.skip(time_s);
             self.history.repeated();
-            return Ok(last);
+            let kcf = last.kcf.map(|kcf| KcfReading { template_updated: false, ..kcf });
+            return Ok(Estimate { kcf, ..last });
         }
         let frames = self.clock.tick(time_s);
         self.history.step(frames);

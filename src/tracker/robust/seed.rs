@@ -31,23 +31,22 @@ pub struct Seed {
     pub certain: bool,
 }
 
-/// The joint of `kind`, or of any kind, in the frame whose centreline is `line`.
-pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Option<Seed> {
+/// The best joint with a corner and the best one with edges, of `kind` or of any kind, in the frame whose centreline is
+/// `line`. A corner comes first: what passes for one without being asked for is one.
+pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Vec<Seed> {
     let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
-    let corners = if wants(JointKind::VGroove) || wants(JointKind::Fillet) { corners(line) } else { vec![] };
-    // A corner is unmistakable: what passes for one is one.
-    let corner = best(corners.into_iter().filter_map(|place| corner(frame, place, kind)));
-    if corner.is_some() {
-        return corner;
+    let mut seeds = vec![];
+    if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
+        seeds.extend(best(corners(line).into_iter().filter_map(|place| corner(frame, place, kind))));
     }
-    if !(wants(JointKind::Butt) || wants(JointKind::Lap)) {
-        return None;
+    if wants(JointKind::Butt) || wants(JointKind::Lap) {
+        // The median of three keeps joints that are only a few columns wide.
+        let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
+        let candidates = seam_candidates(line, &settings);
+        let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
+        seeds.extend(best(places.filter_map(|place| edges(frame, place, kind))));
     }
-    // The median of three keeps joints that are only a few columns wide.
-    let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
-    let candidates = seam_candidates(line, &settings);
-    let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
-    best(places.filter_map(|place| edges(frame, place, kind)))
+    seeds
 }
 
 /// The joint where the user says it is.
@@ -66,9 +65,10 @@ fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
     seeds.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// A joint with edges at `place`.
+/// A joint with edges at `place`. Butt and lap differ in the gap that is expected first, and in their step.
 fn edges(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
-    let mut seed = refine(frame, place, kind.unwrap_or(JointKind::Butt))?;
+    let kinds = [JointKind::Butt, JointKind::Lap].into_iter().filter(|&tried| kind.is_none_or(|kind| kind == tried));
+    let mut seed = best(kinds.filter_map(|tried| refine(frame, place, tried)))?;
     if kind.is_none() {
         seed.model.kind = classify::kind_with_edges(&seed);
     }

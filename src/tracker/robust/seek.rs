@@ -29,7 +29,7 @@ const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
 /// Frames for which the hairline's place must have been straight.
-const HAIRLINE_FRAMES: u32 = 3;
+const HAIRLINE_FRAMES: u32 = 4;
 
 /// What a frame brought.
 pub enum Found {
@@ -63,7 +63,7 @@ pub struct Seeker {
     kind: Option<JointKind>,
     asked: Option<PixelPoint>,
     /// The seeds of the last frames, the newest last.
-    recent: VecDeque<Option<Seed>>,
+    recent: VecDeque<Vec<Seed>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
     hairline: HairlineTracker,
@@ -94,13 +94,13 @@ impl Seeker {
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
         let line = extract_centreline(frame, &CentrelineSettings::default());
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
-        let seed = match self.asked.take() {
-            Some(point) => seed::at(frame, self.kind, point),
+        let seeds = match self.asked.take() {
+            Some(point) => seed::at(frame, self.kind, point).into_iter().collect(),
             None => seed::find(frame, &line, self.kind),
         };
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(seed) = self.confirmed(seed, before_arc) {
+        if let Some(seed) = self.confirmed(seeds, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
             return Found::Joint { seed: Box::new(seed), reason };
         }
@@ -118,21 +118,20 @@ impl Seeker {
         Found::Nothing { stripe_seen }
     }
 
-    /// The seed if it is clear by itself in a frame from before the arc, or if those of the frames before agree.
-    fn confirmed(&mut self, seed: Option<Seed>, before_arc: bool) -> Option<Seed> {
-        self.recent.push_back(seed.clone());
+    /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
+    fn confirmed(&mut self, seeds: Vec<Seed>, before_arc: bool) -> Option<Seed> {
+        self.recent.push_back(seeds.clone());
         if self.recent.len() > RECENT_FRAMES {
             self.recent.pop_front();
         }
-        let seed = seed?;
-        let ages = self.recent.iter().rev().enumerate();
-        let agreeing =
-            ages.filter(|(age, other)| other.as_ref().is_some_and(|other| agree(&seed, other, *age))).count();
-        let certain = seed.certain || (seed.clear && before_arc) || agreeing >= AGREEING_SEEDS;
-        certain.then(|| {
-            self.recent.clear();
-            seed
-        })
+        let agreeing = |seed: &Seed| {
+            let frames = self.recent.iter().rev().enumerate();
+            frames.filter(|(age, others)| others.iter().any(|other| agree(seed, other, *age))).count()
+        };
+        let certain = |seed: &Seed| seed.certain || (seed.clear && before_arc) || agreeing(seed) >= AGREEING_SEEDS;
+        let found = seeds.into_iter().find(certain)?;
+        self.recent.clear();
+        Some(found)
     }
 
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
