@@ -10,6 +10,8 @@ use crate::units::PixelPoint;
 const CORNER_ARM_PX: usize = 18;
 /// Least second difference of a corner over the arms \[px\]: a bend of 0.2 in slope. Chosen.
 const LEAST_CORNER_PX: f32 = 3.6;
+/// The kinds that have edges.
+const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
@@ -39,22 +41,26 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
         seeds.extend(best(corners(line).into_iter().filter_map(|place| corner(frame, place, kind))));
     }
-    if wants(JointKind::Butt) || wants(JointKind::Lap) {
-        // The median of three keeps joints that are only a few columns wide.
-        let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
-        let candidates = seam_candidates(line, &settings);
+    // The median of three keeps joints that are only a few columns wide.
+    let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
+    let candidates = seam_candidates(line, &settings);
+    for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
         let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
-        seeds.extend(best(places.filter_map(|place| edges(frame, place, kind))));
+        seeds.extend(best(places.filter_map(|place| edges(frame, place, tried, kind.is_none()))));
     }
     seeds
 }
 
 /// The joint where the user says it is.
 pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Option<Seed> {
+    let with_edges = |kind: Option<JointKind>| {
+        let tried = EDGED.into_iter().filter(|&tried| kind.is_none_or(|kind| kind == tried));
+        best(tried.filter_map(|tried| edges(frame, place, tried, kind.is_none())))
+    };
     let seed = match kind {
         Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
-        Some(_) => edges(frame, place, kind),
-        None => corner(frame, place, None).or_else(|| edges(frame, place, None)),
+        Some(_) => with_edges(kind),
+        None => corner(frame, place, None).or_else(|| with_edges(None)),
     };
     seed.map(|seed| Seed { certain: true, ..seed })
 }
@@ -65,11 +71,11 @@ fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
     seeds.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// A joint with edges at `place`. Butt and lap differ in the gap that is expected first, and in their step.
-fn edges(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
-    let kinds = [JointKind::Butt, JointKind::Lap].into_iter().filter(|&tried| kind.is_none_or(|kind| kind == tried));
-    let mut seed = best(kinds.filter_map(|tried| refine(frame, place, tried)))?;
-    if kind.is_none() {
+/// A joint with edges at `place`, fitted with the first gap of kind `tried`; its step says which kind it is, if that is
+/// open.
+fn edges(frame: &GrayFrame, place: PixelPoint, tried: JointKind, open: bool) -> Option<Seed> {
+    let mut seed = refine(frame, place, tried)?;
+    if open {
         seed.model.kind = classify::kind_with_edges(&seed);
     }
     Some(seed)
