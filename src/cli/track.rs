@@ -124,7 +124,7 @@ impl Track {
     }
 
     fn effective_config(&self) -> anyhow::Result<Config> {
-        let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
+        let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), read_config)?;
         config.preset = self.preset.unwrap_or(config.preset);
         config.joint = self.joint.unwrap_or(config.joint);
         config.stripe = self.stripe.unwrap_or(config.stripe);
@@ -139,7 +139,11 @@ impl Track {
         let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
             self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
         if let Some(manifest) = &self.manifest {
-            inputs.extend(read_manifest(manifest)?);
+            let listed = read_manifest(manifest)?;
+            if listed.is_empty() {
+                bail!("{} lists no recording: add a line with the path of one", manifest.display());
+            }
+            inputs.extend(listed);
         }
         if inputs.len() > 1 && self.truth.is_some() {
             bail!("--truth belongs to one recording: for several, put the truths into a --manifest");
@@ -257,6 +261,13 @@ fn keep_copy(from: &Path, to: &Path) -> anyhow::Result<()> {
     let bytes = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
     seamtrack::report::atomic::write_atomically(to, |file| std::io::Write::write_all(file, &bytes))?;
     Ok(())
+}
+
+/// A configuration whose numbers are in their ranges, so that an error can name the file.
+fn read_config(file: &Path) -> anyhow::Result<Config> {
+    let config = Config::read(file)?;
+    config.method().with_context(|| file.display().to_string())?;
+    Ok(config)
 }
 
 fn exit_code(available: bool) -> ExitCode {

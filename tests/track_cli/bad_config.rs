@@ -56,7 +56,7 @@ fn a_manifest_that_cannot_be_used_is_named() {
     fs::write(&manifest, "input,truth\n,t.csv\n").unwrap();
     track().stderr(line_with(&["list.csv", "no input"]));
     fs::write(&manifest, "input\n").unwrap();
-    track().stderr(line_with(&["list.csv"]));
+    track().stderr(line_with(&["list.csv", "lists no recording"]));
 }
 
 #[test]

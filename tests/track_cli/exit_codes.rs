@@ -29,7 +29,7 @@ fn a_command_line_that_says_nothing_sensible_is_a_usage_error() {
         &["follow", "x"],
     ];
     for arguments in cases {
-        seamtrack().args(arguments).assert().code(2).stderr(contains("Usage"));
+        seamtrack().args(arguments).assert().code(2).stderr(contains("--help"));
     }
 }
 
