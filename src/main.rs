@@ -7,6 +7,8 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
+    // A reader that has seen enough (`seamtrack … | head`) ends the program quietly, as it does other tools.
+    sigpipe::reset();
     let command = cli::Cli::parse();
     match command.run() {
         Ok(code) => code,

@@ -71,7 +71,7 @@ pub struct Track {
     #[arg(long)]
     tum: bool,
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
-    #[arg(long, value_name = "PCT", default_value_t = 5.0)]
+    #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
     /// Also write trace.csv: what was measured in each frame and why it was accepted or refused
     #[arg(long)]
@@ -98,6 +98,7 @@ impl Track {
         let jobs = self.job_list()?;
         for job in &jobs {
             refuse_to_overwrite(&job.output, self.force)?;
+            refuse_to_draw_over(&job.input, self.overlay.as_deref())?;
         }
         if let [job] = jobs.as_slice() {
             let available = self.track_one(job, &config, true)?;
@@ -278,6 +279,22 @@ fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
     if !force && output.join("path.csv").exists() {
         bail!("{} already holds results: choose another folder with -o, or overwrite with --force", output.display());
     }
+    // Results keep the truth that they were judged by under this name.
+    let truth = output.join(seamtrack::report::truth::FILE_NAME);
+    if truth.exists() && !output.join("path.csv").exists() {
+        bail!("{} is not of earlier results and would be replaced: choose another folder with -o", truth.display());
+    }
+    Ok(())
+}
+
+/// The overlay's pictures never go where the recording is.
+fn refuse_to_draw_over(input: &Path, overlay: Option<&Path>) -> anyhow::Result<()> {
+    let Some(overlay) = overlay else { return Ok(()) };
+    let target = overlay.canonicalize();
+    let is_target = |path: PathBuf| path.canonicalize().is_ok_and(|path| target.as_ref().is_ok_and(|t| *t == path));
+    if is_target(input.to_owned()) || is_target(input.join("frames")) {
+        bail!("--overlay {} would draw over the recording itself: name another place", overlay.display());
+    }
     Ok(())
 }
 
@@ -293,6 +310,13 @@ fn parse_point(text: &str) -> Result<PixelPoint, String> {
     match parsed {
         Some((u_px, v_px)) => Ok(PixelPoint::new(u_px, v_px)),
         None => Err("expected U,V in pixels, for example 320,240".into()),
+    }
+}
+
+fn parse_percentage(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
+        _ => Err("expected a percentage from 0 to 100".into()),
     }
 }
 

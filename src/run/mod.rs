@@ -19,7 +19,7 @@ use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
 use crate::tracker::{Estimate, JointDecision, Tracker, TrackerError};
-use crate::units::StripeAxis;
+use crate::units::{PixelPoint, StripeAxis};
 
 /// Frames that are decoded ahead of the tracker.
 const DECODED_AHEAD: usize = 8;
@@ -80,6 +80,14 @@ pub enum RunError {
     /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
+    /// The user's seed is not in the frames.
+    #[error("the seed {}, {} lies outside the frames of {} x {} pixels: give a point of the image", seed.u_px, seed.v_px, size_px.0, size_px.1)]
+    SeedOutside {
+        /// The seed.
+        seed: PixelPoint,
+        /// Columns and rows of the frames.
+        size_px: (usize, usize),
+    },
     /// No frame could be read.
     #[error("none of the {frames} frames could be read; the first: {first}")]
     NothingReadable {
@@ -162,6 +170,7 @@ impl<'a> Run<'a> {
 
     fn step(&mut self, frame: SourceFrame, watch: &mut impl FnMut(&Seen<'_>)) -> Result<(), RunError> {
         let SourceFrame { file, time_s, picture } = self.sizes.admit(frame);
+        self.check_seed()?;
         let estimate = match &picture {
             Err(error) => {
                 self.first_error.get_or_insert_with(|| error.to_string());
@@ -184,6 +193,16 @@ impl<'a> Run<'a> {
         self.rows.push(row);
         self.marks.push(marks);
         Ok(())
+    }
+
+    /// Refuses a seed outside the frames, whose size the first readable one tells.
+    fn check_seed(&self) -> Result<(), RunError> {
+        match (self.config.seed_at(), self.sizes.size_px()) {
+            (Some(seed), Some(size_px)) if seed.u_px >= size_px.0 as f64 || seed.v_px >= size_px.1 as f64 => {
+                Err(RunError::SeedOutside { seed, size_px })
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Sets the origin once it is known.

@@ -18,7 +18,7 @@ fn a_path_that_does_not_exist_is_an_error_of_one_line() {
 
 #[test]
 fn a_command_line_that_says_nothing_sensible_is_a_usage_error() {
-    let cases: [&[&str]; 8] = [
+    let cases: [&[&str]; 9] = [
         &[],
         &["track"],
         &["track", "x", "--preset", "nonsense"],
@@ -26,10 +26,40 @@ fn a_command_line_that_says_nothing_sensible_is_a_usage_error() {
         &["track", "x", "--seed-at", "12"],
         &["track", "x", "--mm-per-px", "-1"],
         &["track", "x", "--origin", "nan"],
+        &["track", "x", "--max-unavailable", "nan"],
         &["follow", "x"],
     ];
     for arguments in cases {
         seamtrack().args(arguments).assert().code(2).stderr(contains("--help"));
+    }
+}
+
+#[test]
+fn a_seed_outside_the_frames_is_an_error_of_one_line() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = recording(folder.path(), 3);
+    for seed in ["400,90", "180,240", "1e300,90", "nan,90", "-1,90"] {
+        for preset in ["robust", "paper"] {
+            let seed = format!("--seed-at={seed}");
+            let output = folder.path().join("out");
+            let run = track(&input, &output).args(["--preset", preset, &seed]).assert();
+            run.code(1).stderr(line_with(&["a point of the image"]));
+            assert!(!output.join("path.csv").exists());
+        }
+    }
+    track(&input, &folder.path().join("out")).args(["--seed-at", "185.5,90.7"]).assert().success();
+}
+
+/// As in `seamtrack synth --list | head -1`.
+#[cfg(unix)]
+#[test]
+fn a_reader_that_has_seen_enough_ends_the_program_without_a_panic() {
+    for arguments in ["synth --list", "config --print", "reproduce infrared"] {
+        let script = format!("( \"$0\" {arguments}; echo status $? >&2 ) | true");
+        let run = assert_cmd::Command::new("sh").args(["-c", &script, env!("CARGO_BIN_EXE_seamtrack")]).assert();
+        let stderr = String::from_utf8(run.get_output().stderr.clone()).unwrap();
+        // 141: ended by SIGPIPE; 0: the reader left after the last line.
+        assert!(["status 141\n", "status 0\n"].contains(&stderr.as_str()), "{arguments}: {stderr}");
     }
 }
 

@@ -55,6 +55,56 @@ fn sixteen_bits_and_colour_give_nearly_the_same_path() {
 }
 
 #[test]
+fn every_format_that_is_promised_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    let reference = tracked(&recording(folder.path(), 10), &folder.path().join("reference"));
+    for extension in ["bmp", "tif", "TIFF", "jpg"] {
+        let input = folder.path().join(extension);
+        fs::create_dir(&input).unwrap();
+        for (i, picture) in pictures(10).iter().enumerate() {
+            picture.save(input.join(format!("{i}.{extension}"))).unwrap();
+        }
+        let path = tracked(&input, &folder.path().join(format!("{extension}-out")));
+        let difference_px = largest_difference_px(&path, &reference);
+        // JPEG of quality 75 changes the greys.
+        assert!(difference_px <= if extension == "jpg" { 0.5 } else { 0.0 }, "{extension}: {difference_px}");
+    }
+}
+
+#[test]
+fn time_stamps_beside_the_frames_are_those_of_the_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = recording(folder.path(), 5);
+    let stamps: String =
+        (0..5).map(|i| format!("{},{}\n", 7_000_000_000_u64 + i * i * 50_000_000, name(i as usize))).collect();
+    fs::write(input.join("timestamps.csv"), format!("#timestamp [ns],filename\n{stamps}")).unwrap();
+    let times: Vec<f64> = tracked(&input, &folder.path().join("out")).iter().map(|row| row.time_s).collect();
+    assert_eq!(times, [0.0, 0.05, 0.2, 0.45, 0.8]);
+    fs::remove_file(input.join("timestamps.csv")).unwrap();
+    let output = folder.path().join("period");
+    track(&input, &output).args(["--period", "0.04"]).assert().success();
+    assert!((rows(&output)[4].time_s - 0.16).abs() < 1e-9);
+}
+
+#[cfg(unix)]
+#[test]
+fn names_of_any_bytes_are_read_and_written_as_one_cell() {
+    use std::os::unix::ffi::OsStrExt;
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("a,\"b\" <i>");
+    fs::create_dir(&input).unwrap();
+    let names: [&[u8]; 3] = [b"1 \xff.png", b"2,\"<script>.png", "3 ü\u{202e}.png".as_bytes()];
+    for (name, picture) in names.iter().zip(pictures(3)) {
+        let mut file = File::create(input.join(std::ffi::OsStr::from_bytes(name))).unwrap();
+        picture.write_to(&mut file, image::ImageFormat::Png).unwrap();
+    }
+    let output = folder.path().join("out");
+    let path = tracked(&input, &output);
+    assert_eq!(path[1].file, "2,\"<script>.png");
+    assert!(!fs::read_to_string(output.join("report.html")).unwrap().contains("2,\"<script>.png"));
+}
+
+#[test]
 fn names_are_taken_in_natural_order_with_numbers_missing() {
     let folder = tempfile::tempdir().unwrap();
     let reference = tracked(&recording(folder.path(), 14), &folder.path().join("reference"));

@@ -35,6 +35,58 @@ fn results_are_not_overwritten_without_force() {
 }
 
 #[test]
+fn the_recording_itself_is_never_written_over() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("mine");
+    fs::create_dir_all(&input).unwrap();
+    fs::rename(recording(folder.path(), 3), input.join("frames")).unwrap();
+    fs::write(input.join("truth.csv"), "frame,u_px\n0,185.6\n1,185.0\n2,184.7\n").unwrap();
+    let before = contents(&input);
+    // Results keep a copy of their truth: it must not replace, or take away, the recording's own.
+    for input in [&input, &input.join("frames")] {
+        let output = folder.path().join("mine");
+        track(input, &output).arg("--force").assert().code(1).stderr(line_with(&["truth.csv", "another folder"]));
+    }
+    for overlay in [input.clone(), input.join("frames")] {
+        let output = folder.path().join("out");
+        track(&input, &output)
+            .arg("--overlay")
+            .arg(&overlay)
+            .assert()
+            .code(1)
+            .stderr(line_with(&["--overlay", "mine"]));
+    }
+    assert!(contents(&input) == before && fs::read_dir(input.join("frames")).unwrap().count() == 3);
+}
+
+#[test]
+fn the_truth_beside_the_results_is_that_of_the_last_run() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    let run = |more: &[&str]| track(&demo(), &output).args(more).assert().success();
+    let truth = demo().join("truth.csv");
+    run(&["--truth", truth.to_str().unwrap()]);
+    let copy = output.join("truth.csv");
+    assert!(fs::read(&copy).unwrap() == fs::read(truth).unwrap());
+    run(&["--force", "--truth", copy.to_str().unwrap()]);
+    assert!(copy.is_file());
+    run(&["--force", "--trace", "--tum"]);
+    assert!(!copy.exists(), "a run without a truth is not judged by an earlier one's");
+    let trace = fs::read_to_string(output.join("trace.csv")).unwrap();
+    assert!(trace.starts_with("frame,observation,nis") && trace.lines().count() == 59);
+    assert!(fs::read_to_string(output.join("filtered.tum")).unwrap().lines().count() > 50);
+}
+
+#[test]
+fn an_overlay_folder_holds_one_picture_a_frame() {
+    let folder = tempfile::tempdir().unwrap();
+    let overlay = folder.path().join("marks");
+    track(&recording(folder.path(), 4), &folder.path().join("out")).arg("--overlay").arg(&overlay).assert().success();
+    let names: Vec<String> = contents(&overlay).into_keys().collect();
+    assert_eq!(names, ["000000.png", "000001.png", "000002.png", "000003.png"]);
+}
+
+#[test]
 fn an_output_folder_that_cannot_be_made_is_named() {
     let folder = tempfile::tempdir().unwrap();
     let input = recording(folder.path(), 3);
