@@ -181,7 +181,7 @@ mod tests {
 
     #[test]
     fn the_ends_of_a_short_stripe_are_not_the_seam() {
-        let plate = line(448, |u| (60..390).contains(&u).then(|| 200.0 + if u > 386 { 8.0 } else { 0.0 }));
+        let plate = line(448, |u| (60..390).contains(&u).then_some(200.0 + if u > 386 { 8.0 } else { 0.0 }));
         assert_eq!(find(&plate, &SeedSettings::default()), None);
     }
 

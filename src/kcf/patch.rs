@@ -41,8 +41,8 @@ pub fn sample(frame: &GrayFrame, centre: PixelPoint, width: usize, height: usize
     let (left, top) = (u0 as isize - (width / 2) as isize, v0 as isize - (height / 2) as isize);
     let inside = left >= 0
         && top >= 0
-        && left + width as isize + 1 <= frame.width_px() as isize
-        && top + height as isize + 1 <= frame.height_px() as isize;
+        && left + (width as isize) < frame.width_px() as isize
+        && top + (height as isize) < frame.height_px() as isize;
     // The four bilinear weights, with the scale from grey to [0,1] in them.
     let scale = 1.0 / 255.0;
     let (a, b) = ((1.0 - fu) * (1.0 - fv) * scale, fu * (1.0 - fv) * scale);
