@@ -54,7 +54,7 @@ fn a_frames_own_noise_replaces_the_models_and_leading_gaps_have_no_estimate() {
 
 #[test]
 fn nothing_measured_is_an_error_that_says_so() {
-    let error = smooth_seam(&ColouredMeasurement::printed(), &vec![Frame::new(0.2, [None]); 5], None).unwrap_err();
+    let error = smooth_seam(&ColouredMeasurement::printed(), &[Frame::new(0.2, [None]); 5], None).unwrap_err();
     assert_eq!(error.to_string(), "the series has 0 measured frames, but the filter starts from 1");
 }
 
