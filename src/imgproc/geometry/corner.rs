@@ -6,9 +6,6 @@ use super::{HALF_WINDOW_PX, JointFit, JointKind, JointModel, Refusal, columns};
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
-/// Columns left out next to the corner \[px\]: its rounded toe or open root is not part of the flanks.
-const TOE_FILLET_PX: f64 = 6.0;
-const TOE_VGROOVE_PX: f64 = 3.0;
 /// Columns left out before the V-groove's shoulder \[px\].
 const SHOULDER_PX: f64 = 5.0;
 /// Fewest columns of a side.
@@ -21,9 +18,10 @@ const SLACK_PX: f64 = 8.0;
 /// Fits both sides and intersects them, twice: the second time with the columns parted at the first corner.
 pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
     let section = CrossSection::new(model.stripe_sd_px);
-    let (toe_px, reach_px) = match (model.kind, model.half_width_px) {
-        (JointKind::VGroove, Some(half_px)) => (TOE_VGROOVE_PX, half_px - SHOULDER_PX),
-        _ => (TOE_FILLET_PX, HALF_WINDOW_PX),
+    let toe_px = model.toe_px;
+    let reach_px = match (model.kind, model.half_width_px) {
+        (JointKind::VGroove, Some(half_px)) => half_px - SHOULDER_PX,
+        _ => HALF_WINDOW_PX,
     };
     let shifted = |line: Line| Line { v_px: line.v_px + dv_px, ..line };
     let mut corner_u = u_px;

@@ -12,6 +12,11 @@ const LEAST_PEAK_SHARE: f64 = 0.4;
 /// Columns left out beside the seed \[px\] when the sides' lines are fitted. Prototype.
 const INNER_EDGES_PX: f64 = 14.0;
 const INNER_FILLET_PX: f64 = 6.0;
+/// Columns left out next to a corner \[px\]: its rounded toe.
+const TOE_FILLET_PX: f64 = 6.0;
+const TOE_VGROOVE_PX: f64 = 3.0;
+/// From this distance to the stripe on, a root counts as open \[px\].
+const LEAST_OPEN_PX: f64 = 6.0;
 /// The stretch in which a V-groove's flank begins \[px\].
 const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
 /// Narrowest and widest V-groove, root to shoulder \[px\].
@@ -46,16 +51,18 @@ pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<Joi
         let part: Vec<Peak> = peaks.iter().copied().filter(|p| p.du_px > from_px && p.du_px < to_px).collect();
         consensus_line(&part)
     };
+    let open_px = if kind.has_edges() { 0.0 } else { open_root(&peaks) };
     let (left, right, half_width_px) = match kind {
         JointKind::VGroove => {
-            let (left, left_end) = grown_flank(&peaks, -1.0)?;
-            let (right, right_end) = grown_flank(&peaks, 1.0)?;
+            let (left, left_end) = grown_flank(&peaks, -1.0, open_px)?;
+            let (right, right_end) = grown_flank(&peaks, 1.0, open_px)?;
             let half = left_end.min(right_end);
             // Flanks without an end in sight have no shoulder: then there is no half width.
             let shoulders = HALF_WIDTHS_PX.contains(&half);
             let half = half.clamp(*HALF_WIDTHS_PX.start(), *HALF_WIDTHS_PX.end());
             let flank = |from, to, otherwise| side(from, to).unwrap_or(otherwise);
-            (flank(-half + 4.0, -4.0, left), flank(4.0, half - 4.0, right), shoulders.then_some(half))
+            let (from, to) = (open_px + 4.0, half - 4.0);
+            (flank(-to, -from, left), flank(from, to, right), shoulders.then_some(half))
         }
         JointKind::Fillet => (side(-HALF_WINDOW_PX, -INNER_FILLET_PX)?, side(INNER_FILLET_PX, HALF_WINDOW_PX)?, None),
         JointKind::Butt | JointKind::Lap => {
@@ -65,8 +72,9 @@ pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<Joi
     if !kind.has_edges() && !reaches_root(&peaks, left, right) {
         return None;
     }
+    let toe_px = if half_width_px.is_some() { TOE_VGROOVE_PX } else { TOE_FILLET_PX };
     let stripe_sd_px = stripe_sd(frame, seed, &peaks)?;
-    Some(JointModel { kind, stripe_sd_px, left, right, gap_px: None, half_width_px, fits: 0 })
+    Some(JointModel { kind, stripe_sd_px, left, right, gap_px: None, half_width_px, toe_px: toe_px + open_px, fits: 0 })
 }
 
 /// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.
@@ -144,30 +152,40 @@ fn consensus_line(peaks: &[Peak]) -> Option<Line> {
     Some(Line { v_px: mv - slope * mu, slope })
 }
 
+/// How far the root is open: the distance to the stripe on the farther side \[px\], 0 where it is closed.
+fn open_root(peaks: &[Peak]) -> f64 {
+    let nearest = |sign: f64| {
+        let side = peaks.iter().map(|p| sign * p.du_px).filter(|du| *du >= 0.0);
+        side.fold(HALF_WINDOW_PX, f64::min)
+    };
+    let open_px = nearest(1.0).max(nearest(-1.0));
+    if open_px < LEAST_OPEN_PX { 0.0 } else { open_px }
+}
+
 /// A flank's line and where it ends, going to `sign`: from the stretch next to the root outwards, as long as it grows.
-fn grown_flank(peaks: &[Peak], sign: f64) -> Option<(Line, f64)> {
+fn grown_flank(peaks: &[Peak], sign: f64, open_px: f64) -> Option<(Line, f64)> {
     let line_up_to = |end_px: f64| {
-        let within = |p: &&Peak| (FLANK_PX.start..end_px).contains(&(sign * p.du_px));
+        let within = |p: &&Peak| (open_px + FLANK_PX.start..end_px).contains(&(sign * p.du_px));
         consensus_line(&peaks.iter().filter(within).copied().collect::<Vec<_>>())
     };
-    let mut line = line_up_to(FLANK_PX.end)?;
-    let mut end_px = flank_end(peaks, line, sign);
+    let mut line = line_up_to(open_px + FLANK_PX.end)?;
+    let mut end_px = flank_end(peaks, line, sign, open_px);
     for _ in 0..GROWTH_ROUNDS {
         let Some(longer) = line_up_to(end_px) else { break };
         line = longer;
-        end_px = flank_end(peaks, line, sign);
+        end_px = flank_end(peaks, line, sign, open_px);
     }
     Some((line, end_px))
 }
 
 /// How far from the root the columns stay on a flank's line, going to `sign` \[px\]: up to where the median of the next
 /// columns has left it, for a faint or spattered column ends no flank.
-fn flank_end(peaks: &[Peak], line: Line, sign: f64) -> f64 {
-    let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > FLANK_PX.start).collect();
+fn flank_end(peaks: &[Peak], line: Line, sign: f64, open_px: f64) -> f64 {
+    let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > open_px + FLANK_PX.start).collect();
     outward.sort_by(|a, b| a.du_px.abs().total_cmp(&b.du_px.abs()));
     let off = |peak: &&Peak| (peak.v_px - line.at(peak.du_px)).abs() > 2.0 * INLIER_PX;
     let ends = outward.windows(SHOULDER_COLUMNS).find(|next| 2 * next.iter().filter(|p| off(p)).count() > next.len());
-    ends.or(outward.chunks(1).next_back()).map_or(FLANK_PX.end, |next| next[0].du_px.abs())
+    ends.or(outward.chunks(1).next_back()).map_or(open_px + FLANK_PX.end, |next| next[0].du_px.abs())
 }
 
 /// Whether the stripe near the root goes through it: a gap's bottom lies off the point where its edges' lines meet.

@@ -64,8 +64,10 @@ pub struct JointModel {
     pub right: Line,
     /// Distance of the two edges along the stripe \[px\] (butt, lap).
     pub gap_px: Option<f64>,
-    /// From the root to the nearer shoulder \[px\] (V-groove).
+    /// From the root to the nearer shoulder \[px\] (V-groove), where it is within the window.
     pub half_width_px: Option<f64>,
+    /// Columns left out on either side of a corner \[px\]: its rounded toe or open root is not part of the flanks.
+    pub toe_px: f64,
     /// Fits that went into the model.
     pub fits: u32,
 }

@@ -16,7 +16,7 @@ fn step_px(seed: &Seed) -> f64 {
 }
 
 /// The difference of the two sides' slopes.
-fn bend(seed: &Seed) -> f64 {
+pub fn bend(seed: &Seed) -> f64 {
     seed.fit.left.slope - seed.fit.right.slope
 }
 

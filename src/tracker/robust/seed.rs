@@ -15,6 +15,8 @@ const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
+/// Width of a break that may be an open root \[px\].
+const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
@@ -39,7 +41,9 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
     let mut seeds = vec![];
     if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
-        seeds.extend(best(corners(line).into_iter().filter_map(|place| corner(frame, place, kind))));
+        let found = corners(line).into_iter().filter_map(|place| corner(frame, place, kind));
+        // A groove's root bends as much as both its shoulders together.
+        seeds.extend(found.max_by(|a, b| classify::bend(a).abs().total_cmp(&classify::bend(b).abs())));
     }
     // The median of three keeps joints that are only a few columns wide.
     let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
@@ -125,5 +129,16 @@ fn corners(line: &Centreline) -> Vec<PixelPoint> {
             break;
         }
     }
-    peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(u - 2..u + 3)?)))).collect()
+    let bends = peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(u - 2..u + 3)?))));
+    bends.chain(open_roots(line)).collect()
+}
+
+/// The middles of breaks of the centreline that may be the open root of a groove.
+fn open_roots(line: &Centreline) -> Vec<PixelPoint> {
+    let points: Vec<(usize, f32)> = (0..line.v_px.len()).filter_map(|u| line.at(u).map(|v| (u, v))).collect();
+    let broken = points.windows(2).filter(|pair| OPEN_ROOT_PX.contains(&(pair[1].0 - pair[0].0)));
+    let middle = |pair: &[(usize, f32)]| {
+        PixelPoint::new(0.5 * (pair[0].0 + pair[1].0) as f64, 0.5 * f64::from(pair[0].1 + pair[1].1))
+    };
+    broken.map(middle).take(MOST_CORNERS).collect()
 }
