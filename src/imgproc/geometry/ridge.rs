@@ -125,7 +125,8 @@ mod tests {
         let search = Search { half_band_px: 14, prior_sd_px: 6.4 };
         for point in ridge(&frame, 0..120, |u| truth(u) + 2.0, &CrossSection::new(2.4), search) {
             assert!((point.v_px - truth(point.u_px)).abs() < 0.05, "{point:?}");
-            assert!(point.quality > 0.98);
+            // Half a pixel off the grid leaves exp(−0.25/(4·2.4²)) = 0.99, the cut-off tails a little less.
+            assert!(point.quality > 0.95, "{point:?}");
         }
     }
 }
