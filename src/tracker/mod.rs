@@ -111,7 +111,11 @@ impl Tracker {
             self.follow.seed_at(axis.image_from_stripe(centre));
         }
         let estimate = match self.axis {
-            None => Estimate::seeking(Observation::NoStripe),
+            None => {
+                // The method must know of the frame: what it says at the end is told frame by frame.
+                self.follow.miss(time_s)?;
+                Estimate::seeking(Observation::NoStripe)
+            }
             Some(StripeAxis::Horizontal) => self.follow.step(frame, time_s, repeated)?,
             Some(StripeAxis::Vertical) => self.follow.step(&frame.transposed(), time_s, repeated)?.transposed(),
         };
@@ -147,4 +151,37 @@ impl Tracker {
 #[must_use]
 pub fn roi(estimate: &Estimate) -> Option<SeamRoi> {
     estimate.seam.map(|seam| SeamRoi::du_2022(seam.centre))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imgproc::geometry::JointKind;
+    use crate::synth::{Scene, builtin};
+
+    #[test]
+    fn frames_before_the_first_stripe_do_not_shift_the_smoothed_path() {
+        const DARK: usize = 5;
+        let mut scenario = builtin::scenario("butt-clean").unwrap();
+        scenario.frames = 20;
+        let scene = Scene::new(&scenario, 1).unwrap();
+        let method = Method::Robust(RobustSettings { joint: Some(JointKind::Butt), ..RobustSettings::default() });
+        let mut tracker = Tracker::new(&method, None, None).unwrap();
+        let first = scene.render(0);
+        let dark = GrayFrame::filled(first.width_px(), first.height_px(), 7).unwrap();
+        for i in 0..DARK {
+            assert_eq!(tracker.step(&dark, 0.2 * i as f64).unwrap().status, Status::Seeking);
+        }
+        for i in 0..scene.frame_count() {
+            tracker.step(&scene.render(i), 0.2 * (DARK + i) as f64).unwrap();
+        }
+        let smoothed = tracker.smoothed().unwrap();
+        assert_eq!(smoothed.len(), DARK + scene.frame_count());
+        assert_eq!(tracker.joint().unwrap().frame, DARK);
+        for (i, state) in smoothed[DARK..].iter().enumerate() {
+            let truth_px = scene.truth(i).seam.unwrap().u_px;
+            let (u_px, _) = state.unwrap();
+            assert!((u_px - truth_px).abs() < 0.5, "frame {i}: {u_px} against {truth_px}");
+        }
+    }
 }
