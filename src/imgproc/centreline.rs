@@ -1,6 +1,12 @@
 //! The stripe's centreline by the grey-centroid method (Du 2022, section 3.1), column by column.
 
+use std::ops::Range;
+
 use crate::frame::GrayFrame;
+
+/// How far from the stripe's path its centre is sought \[px\]. Chosen: deeper than a narrow gap, wide enough for the
+/// median of a column's stretch to be its background.
+const PATH_REACH_PX: usize = 20;
 
 /// What counts as stripe.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -60,13 +66,31 @@ impl Centreline {
 /// The column's median is its background, so glare that fills a column does not pass for stripe.
 #[must_use]
 pub fn extract(frame: &GrayFrame, settings: &CentrelineSettings) -> Centreline {
-    let (width, height) = (frame.width_px(), frame.height_px());
-    let mut background = vec![0u8; width];
-    let mut peak_row = vec![0usize; width];
+    extract_within(frame, settings, |_| 0..frame.height_px())
+}
+
+/// The same near the stripe's `path`, its row in each column: spatter and reflections elsewhere do not count.
+#[must_use]
+pub fn extract_along(frame: &GrayFrame, settings: &CentrelineSettings, path: &[usize]) -> Centreline {
+    extract_within(frame, settings, |u| {
+        path[u].saturating_sub(PATH_REACH_PX)..(path[u] + PATH_REACH_PX + 1).min(frame.height_px())
+    })
+}
+
+fn extract_within(
+    frame: &GrayFrame,
+    settings: &CentrelineSettings,
+    rows: impl Fn(usize) -> Range<usize>,
+) -> Centreline {
+    let width = frame.width_px();
+    let rows: Vec<Range<usize>> = (0..width).map(rows).collect();
+    let mut peak_row: Vec<usize> = rows.iter().map(|rows| rows.start).collect();
     let mut peak = vec![0u8; width];
     let mut histograms = vec![[0u32; 256]; width];
-    for v in 0..height {
-        for (u, &grey) in frame.row(v).iter().enumerate() {
+    let first = rows.iter().map(|rows| rows.start).min().unwrap_or(0);
+    let end = rows.iter().map(|rows| rows.end).max().unwrap_or(0);
+    for v in first..end {
+        for (u, &grey) in frame.row(v).iter().enumerate().filter(|(u, _)| rows[*u].contains(&v)) {
             histograms[u][grey as usize] += 1;
             if grey > peak[u] {
                 peak[u] = grey;
@@ -74,24 +98,18 @@ pub fn extract(frame: &GrayFrame, settings: &CentrelineSettings) -> Centreline {
             }
         }
     }
+    let mut background = vec![0u8; width];
     for (u, histogram) in histograms.iter().enumerate() {
-        background[u] = median_of(histogram, height);
+        background[u] = median_of(histogram, rows[u].len());
         peak_row[u] = middle_of_plateau(frame, u, peak_row[u], peak[u]);
     }
-    let mut contrasts: Vec<f32> = (0..width).map(|u| f32::from(peak[u]) - f32::from(background[u])).collect();
+    let contrasts: Vec<f32> = (0..width).map(|u| f32::from(peak[u]) - f32::from(background[u])).collect();
     let least = settings.least_contrast_grey.max(settings.least_contrast_ratio * strong(&mut contrasts.clone()));
-    let v_px = contrasts
-        .drain(..)
-        .enumerate()
-        .map(|(u, contrast)| {
-            if contrast < least {
-                return None;
-            }
-            let threshold = f32::from(background[u]) + settings.band_ratio * contrast;
-            Some(centroid(frame, u, peak_row[u], threshold, settings.band_half_width_px))
-        })
-        .collect();
-    Centreline { v_px }
+    let centre = |(u, &contrast): (usize, &f32)| {
+        let threshold = f32::from(background[u]) + settings.band_ratio * contrast;
+        (contrast >= least).then(|| centroid(frame, u, peak_row[u], threshold, settings.band_half_width_px))
+    };
+    Centreline { v_px: contrasts.iter().enumerate().map(centre).collect() }
 }
 
 fn median_of(histogram: &[u32; 256], count: usize) -> u8 {

@@ -13,12 +13,14 @@ mod notch;
 mod notch_template;
 mod rectify;
 mod stripe_line;
+mod stripe_path;
 
 pub use ambient_line::AmbientLine;
-pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline};
+pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline, extract_along};
 pub use cv::{MedianError, MedianKernel, median};
 pub use features::{SeamFeatures, SeamRoi, SeedSettings, candidates as seam_candidates, find as find_seam_features};
 pub use notch::NotchEvidence;
 pub use notch_template::NotchTemplate;
 pub use rectify::{BAND_HALF_PX, BAND_ROWS, Band, StripeRectifier};
 pub use stripe_line::{StripeLine, StripeLineFinder};
+pub use stripe_path::stripe_path;

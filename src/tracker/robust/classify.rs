@@ -10,6 +10,10 @@ const LAP_STEP_PX: f64 = 10.0;
 /// bad fit-up stay below it.
 const LEAST_BEND: f64 = 0.3;
 
+/// Least depth of a groove from its shoulders to its root, in SDs of the stripe. Chosen: bent edges of a narrow gap
+/// look like flanks, but are hardly deeper than the stripe is wide.
+const LEAST_GROOVE_SDS: f64 = 4.0;
+
 /// The height of the right plate over the left one at the seam \[px\]; v grows downwards.
 fn step_px(seed: &Seed) -> f64 {
     seed.fit.right.v_px - seed.fit.left.v_px
@@ -28,6 +32,12 @@ pub fn kind_with_edges(seed: &Seed) -> JointKind {
 /// Whether a fit with a corner is one beyond doubt.
 pub fn is_corner(seed: &Seed) -> bool {
     bend(seed).abs() >= LEAST_BEND
+}
+
+/// Whether a corner lies between shoulders, and deep enough for a groove.
+pub fn is_groove(seed: &Seed) -> bool {
+    let depth_px = seed.model.half_width_px.map(|half_px| 0.5 * bend(seed).abs() * half_px);
+    is_corner(seed) && depth_px.is_some_and(|depth_px| depth_px >= LEAST_GROOVE_SDS * seed.model.stripe_sd_px)
 }
 
 /// Why it is of this kind, in one sentence.

@@ -10,6 +10,10 @@ use crate::units::PixelPoint;
 const CORNER_ARM_PX: usize = 18;
 /// Least second difference of a corner over the arms \[px\]: a bend of 0.2 in slope. Chosen.
 const LEAST_CORNER_PX: f32 = 3.6;
+/// From where to where on both sides the way of the stripe past a notch is taken \[px\], and its least depth \[px\].
+/// Chosen: bent edges lie nearer; three times the noise of a speckled stripe's mean over three columns.
+const NOTCH_ARM_PX: std::ops::Range<usize> = 12..28;
+const LEAST_NOTCH_PX: f32 = 2.0;
 /// The kinds that have edges.
 const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
 /// Places of a frame that are looked at closely.
@@ -50,6 +54,7 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let candidates = seam_candidates(line, &settings);
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
         let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
+        let places = places.chain(notches(line));
         seeds.extend(best(places.filter_map(|place| edges(frame, place, tried, kind.is_none()))));
     }
     seeds
@@ -91,8 +96,7 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
     if let Some(kind) = kind {
         return refine(frame, place, kind);
     }
-    let groove = refine(frame, place, JointKind::VGroove)
-        .filter(|seed| seed.model.half_width_px.is_some() && classify::is_corner(seed));
+    let groove = refine(frame, place, JointKind::VGroove).filter(classify::is_groove);
     groove.or_else(|| refine(frame, place, JointKind::Fillet).filter(classify::is_corner))
 }
 
@@ -104,33 +108,47 @@ fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed>
     Some(Seed { clear: fit.is_clear() && fit.support > CLEAR_SUPPORT, certain: false, model, fit })
 }
 
-/// The strongest bends of the centreline.
+/// The strongest bends of the centreline, and where its root is open.
 fn corners(line: &Centreline) -> Vec<PixelPoint> {
-    let mean = |range: std::ops::Range<usize>| {
-        let values: Vec<f32> = range.filter_map(|u| line.at(u)).collect();
-        (!values.is_empty()).then(|| values.iter().sum::<f32>() / values.len() as f32)
+    let bend = |u: usize| {
+        let at = |u: usize| mean(line, u - 2..u + 3);
+        let bend = (2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?).abs();
+        (bend > LEAST_CORNER_PX).then_some(bend)
     };
-    let arm = CORNER_ARM_PX;
-    let width = line.v_px.len();
-    let mut bends: Vec<(f32, usize)> = (arm + 2..width.saturating_sub(arm + 2))
-        .filter_map(|u| {
-            let at = |u: usize| mean(u - 2..u + 3);
-            let bend = (2.0 * at(u)? - at(u - arm)? - at(u + arm)?).abs();
-            (bend > LEAST_CORNER_PX).then_some((bend, u))
-        })
-        .collect();
-    bends.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+    strongest(line, CORNER_ARM_PX + 2, bend).into_iter().chain(open_roots(line)).collect()
+}
+
+/// Where the centreline leaves the way it has on both sides: gaps too narrow and too shallow for a jump.
+fn notches(line: &Centreline) -> Vec<PixelPoint> {
+    let depth = |u: usize| {
+        let around = [u - NOTCH_ARM_PX.end..u - NOTCH_ARM_PX.start, u + NOTCH_ARM_PX.start..u + NOTCH_ARM_PX.end];
+        let [before, behind] = around.map(|columns| mean(line, columns));
+        let depth = (mean(line, u - 1..u + 2)? - 0.5 * (before? + behind?)).abs();
+        (depth > LEAST_NOTCH_PX).then_some(depth)
+    };
+    strongest(line, NOTCH_ARM_PX.end, depth)
+}
+
+fn mean(line: &Centreline, columns: std::ops::Range<usize>) -> Option<f32> {
+    let values: Vec<f32> = columns.filter_map(|u| line.at(u)).collect();
+    (!values.is_empty()).then(|| values.iter().sum::<f32>() / values.len() as f32)
+}
+
+/// The points of the centreline, `margin_px` inside it, with the largest `strength`, an arm's length apart.
+fn strongest(line: &Centreline, margin_px: usize, strength: impl Fn(usize) -> Option<f32>) -> Vec<PixelPoint> {
+    let inner = margin_px..line.v_px.len().saturating_sub(margin_px);
+    let mut strong: Vec<(f32, usize)> = inner.filter_map(|u| Some((strength(u)?, u))).collect();
+    strong.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
     let mut peaks: Vec<usize> = vec![];
-    for (_, u) in bends {
-        if peaks.iter().all(|&other| other.abs_diff(u) > arm) {
+    for (_, u) in strong {
+        if peaks.iter().all(|&other| other.abs_diff(u) > CORNER_ARM_PX) {
             peaks.push(u);
         }
         if peaks.len() == MOST_CORNERS {
             break;
         }
     }
-    let bends = peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(u - 2..u + 3)?))));
-    bends.chain(open_roots(line)).collect()
+    peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(line, u - 2..u + 3)?)))).collect()
 }
 
 /// The middles of breaks of the centreline that may be the open root of a groove.

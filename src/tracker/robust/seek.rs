@@ -6,7 +6,7 @@ use super::classify;
 use super::seed::{self, Seed};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::JointKind;
-use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_centreline};
+use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 use crate::units::PixelPoint;
 
@@ -92,7 +92,10 @@ impl Seeker {
 
     /// Looks at the next frame.
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
-        let line = extract_centreline(frame, &CentrelineSettings::default());
+        let line = match stripe_path(frame) {
+            Some(path) => extract_along(frame, &CentrelineSettings::default(), &path),
+            None => extract_centreline(frame, &CentrelineSettings::default()),
+        };
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
         let seeds = match self.asked.take() {
             Some(point) => seed::at(frame, self.kind, point).into_iter().collect(),

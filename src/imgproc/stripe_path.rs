@@ -1,0 +1,148 @@
+//! The way of the stripe through a whole frame: the brightest narrow ridge from the left border to the right.
+//!
+//! A column's brightest pixel may belong to a spatter or to a reflection of the stripe. The stripe is what goes on from
+//! column to column: a path of largest summed contrast on a coarse grid, found by dynamic programming. A bend costs
+//! little and a jump, as at the edge of a plate, a fixed price whatever its height.
+
+use std::ops::Range;
+
+use crate::frame::GrayFrame;
+
+/// Size of a cell \[px\], along and across the stripe: it averages the speckle and still resolves a thin stripe.
+const CELL_PX: (usize, usize) = (4, 2);
+/// A ridge is brighter than both its neighbourhoods: from here to there across the stripe \[cells\], 8 px to 16 px.
+const FLANK_CELLS: Range<usize> = 4..8;
+/// Steepest stripe that is no jump \[cells per cell\]: a slope of 1.5.
+const STEEPEST: usize = 3;
+/// Price of one cell up or down, and of a jump, as shares of a well-lit cell. Chosen: a jump must pay off within 12 px,
+/// so that the path passes over a gap, and a slope of 1 costs a tenth.
+const BEND_PRICE: f32 = 0.05;
+const JUMP_PRICE: f32 = 3.0;
+
+/// The row of the stripe \[px\] in each column, also where it passes over a gap. None for a frame without contrast.
+#[must_use]
+pub fn stripe_path(frame: &GrayFrame) -> Option<Vec<usize>> {
+    let (columns, rows) = (frame.width_px() / CELL_PX.0, frame.height_px() / CELL_PX.1);
+    if columns == 0 || rows < 2 * FLANK_CELLS.end + 1 {
+        return None;
+    }
+    let contrast = contrast(frame, columns, rows);
+    let lit = typical_ridge(&contrast, rows);
+    if lit <= 0.0 {
+        return None;
+    }
+    let reward: Vec<f32> = contrast.iter().map(|&c| (c / lit).min(1.0)).collect();
+    let cells = best_path(&reward, rows);
+    let row_of = |cell: usize| cell * CELL_PX.1 + CELL_PX.1 / 2;
+    Some((0..frame.width_px()).map(|u| row_of(cells[(u / CELL_PX.0).min(columns - 1)])).collect())
+}
+
+/// By how much each cell exceeds the brighter of its two flanks \[grey\], column by column, not below 0.
+fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f32> {
+    let mut mean = vec![0.0f32; columns * rows];
+    for v in 0..rows * CELL_PX.1 {
+        for (u, cell) in frame.row(v)[..columns * CELL_PX.0].chunks_exact(CELL_PX.0).enumerate() {
+            mean[u * rows + v / CELL_PX.1] += cell.iter().map(|&grey| f32::from(grey)).sum::<f32>();
+        }
+    }
+    let scale = 1.0 / (CELL_PX.0 * CELL_PX.1) as f32;
+    mean.iter_mut().for_each(|sum| *sum *= scale);
+    let mut contrast = vec![0.0f32; columns * rows];
+    let mut sums = vec![0.0f32; rows + 1];
+    for (column, out) in mean.chunks_exact(rows).zip(contrast.chunks_exact_mut(rows)) {
+        for (v, grey) in column.iter().enumerate() {
+            sums[v + 1] = sums[v] + grey;
+        }
+        let over = |range: Range<usize>| {
+            let (start, end) = (range.start.min(rows), range.end.min(rows));
+            (end > start).then(|| (sums[end] - sums[start]) / (end - start) as f32)
+        };
+        for (v, value) in out.iter_mut().enumerate() {
+            let above = over((v + 1).saturating_sub(FLANK_CELLS.end)..(v + 1).saturating_sub(FLANK_CELLS.start));
+            let below = over(v + FLANK_CELLS.start..v + FLANK_CELLS.end);
+            let flank = above.into_iter().chain(below).fold(0.0, f32::max);
+            *value = (column[v] - flank).max(0.0);
+        }
+    }
+    contrast
+}
+
+/// The median over the columns of their strongest contrast \[grey\].
+fn typical_ridge(contrast: &[f32], rows: usize) -> f32 {
+    let mut strongest: Vec<f32> = contrast.chunks_exact(rows).map(|c| c.iter().copied().fold(0.0, f32::max)).collect();
+    let middle = strongest.len() / 2;
+    *strongest.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// The row of the best path in each column of cells.
+fn best_path(reward: &[f32], rows: usize) -> Vec<usize> {
+    let columns = reward.len() / rows;
+    let mut sum = reward[..rows].to_vec();
+    let mut next = vec![0.0f32; rows];
+    let mut from = vec![0u32; columns * rows];
+    for (column, reward) in reward.chunks_exact(rows).enumerate().skip(1) {
+        let best = largest(&sum);
+        for v in 0..rows {
+            let mut origin = (best, sum[best] - JUMP_PRICE);
+            for w in v.saturating_sub(STEEPEST)..(v + STEEPEST + 1).min(rows) {
+                let value = sum[w] - BEND_PRICE * v.abs_diff(w) as f32;
+                if value > origin.1 {
+                    origin = (w, value);
+                }
+            }
+            next[v] = origin.1 + reward[v];
+            from[column * rows + v] = origin.0 as u32;
+        }
+        std::mem::swap(&mut sum, &mut next);
+    }
+    let mut path = vec![largest(&sum); columns];
+    for column in (1..columns).rev() {
+        path[column - 1] = from[column * rows + path[column]] as usize;
+    }
+    path
+}
+
+fn largest(values: &[f32]) -> usize {
+    (0..values.len()).fold(0, |best, i| if values[i] > values[best] { i } else { best })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn frame(stripes: &[(f64, &dyn Fn(f64) -> Option<f64>)]) -> GrayFrame {
+        let mut frame = GrayFrame::filled(320, 240, 0).unwrap();
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let (u, v) = ((i % 320) as f64, (i / 320) as f64);
+            let light = stripes
+                .iter()
+                .filter_map(|(grey, row)| row(u).map(|row| grey * (-0.5 * ((v - row) / 2.0).powi(2)).exp()));
+            *pixel = (9.0 + light.sum::<f64>()).min(255.0) as u8;
+        }
+        frame
+    }
+
+    #[test]
+    fn the_brighter_of_two_stripes_is_followed_over_its_step() {
+        let lap = |u: f64| Some(if u < 160.0 { 150.0 } else { 174.0 });
+        let reflection = |u: f64| Some(if u < 177.0 { 112.0 } else { 136.0 });
+        let path = stripe_path(&frame(&[(150.0, &lap), (90.0, &reflection)])).unwrap();
+        for (u, row) in path.iter().enumerate().filter(|(u, _)| !(152..168).contains(u)) {
+            assert!((*row as f64 - lap(u as f64).unwrap()).abs() <= 2.0, "column {u}: {row}");
+        }
+    }
+
+    #[test]
+    fn spatter_brighter_than_the_stripe_does_not_draw_the_path_away() {
+        let stripe = |u: f64| Some(120.0 + 0.3 * u);
+        let spatter = |u: f64| (100.0..108.0).contains(&u).then_some(60.0);
+        let path = stripe_path(&frame(&[(150.0, &stripe), (240.0, &spatter)])).unwrap();
+        assert!(path.iter().enumerate().all(|(u, &row)| (row as f64 - 120.0 - 0.3 * u as f64).abs() <= 3.0));
+    }
+
+    #[test]
+    fn a_frame_without_contrast_or_too_small_has_no_path() {
+        assert_eq!(stripe_path(&GrayFrame::filled(320, 240, 80).unwrap()), None);
+        assert_eq!(stripe_path(&GrayFrame::filled(1, 1, 80).unwrap()), None);
+    }
+}
