@@ -18,6 +18,7 @@
 //! | `consistency` | whether a filter's own idea of its error is right |
 
 pub mod adaptive;
+mod bending;
 mod coloured_measurement;
 mod coloured_process;
 pub mod consistency;
@@ -33,6 +34,7 @@ pub mod smoother;
 mod state_space;
 mod width;
 
+pub use bending::Bending;
 pub use coloured_measurement::ColouredMeasurement;
 pub use coloured_process::{ColouredProcess, with_displacement};
 pub use constant_velocity::{Acceleration, ConstantVelocity, TwoPointCovariance, gain_table};

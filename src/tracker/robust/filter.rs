@@ -2,10 +2,14 @@
 
 use nalgebra::{SMatrix, vector};
 
-use crate::kalman::{ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
+use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
 
-/// Process noise of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner. Prototype.
-pub const PROCESS_NOISE: [f64; 3] = [1e-7, 2e-4, 3e-2];
+/// White acceleration of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner.
+const KINKS: [f64; 3] = [1e-7, 1e-5, 3e-2];
+/// SD of their lasting acceleration \[px/frame²\] and how long a bend lasts \[frames\].
+const BENDS: [(f64, f64); 3] = [(1e-4, 1.0), (0.15, 15.0), (1e-2, 1.0)];
+/// Process noise that the smoother's fit starts from \[px²/frame⁴\].
+pub const PROCESS_NOISE: f64 = 2e-4;
 /// Probability that a model stays from frame to frame. Prototype.
 const STAY: f64 = 0.998;
 /// ψ and stationary variance of the coloured measurement noise \[px²\]: plate edges are ragged. Prototype.
@@ -17,6 +21,8 @@ pub const COLOUR_VARIANCE_PX2: f64 = 0.18;
 pub const VIBRATION_VARIANCE_PX2: f64 = 0.0144;
 /// Variance of the start velocity \[px²/frame²\]. Chosen: slopes up to 1 px a frame are common.
 const START_VELOCITY_VARIANCE: f64 = 1.0;
+/// Variance of the start acceleration \[px²/frame⁴\].
+const START_ACCELERATION_VARIANCE: f64 = 0.0025;
 
 /// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, `noise` scales the coloured
 /// noise's variance.
@@ -29,17 +35,18 @@ pub fn model(q: f64, white_variance_px2: f64, noise: f64) -> Result<ColouredMeas
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(noise: f64, frames: f64) -> Result<[StateSpace<3, 1>; 3], InvalidParameter> {
-    let space = |q: f64| model(q, 1.0, noise)?.state_space(frames);
-    Ok([space(PROCESS_NOISE[0])?, space(PROCESS_NOISE[1])?, space(PROCESS_NOISE[2])?])
+fn spaces(noise: f64, frames: f64) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
+    let space =
+        |i: usize| Bending::new(model(KINKS[i], 1.0, noise)?, BENDS[i].0.powi(2), BENDS[i].1)?.state_space(frames);
+    Ok([space(0)?, space(1)?, space(2)?])
 }
 
 /// Position, velocity and coloured noise under three models.
 #[derive(Debug, Clone, Copy)]
 pub struct SeamFilter {
-    imm: Imm<3, 3>,
+    imm: Imm<4, 3>,
     noise: f64,
-    spaces: [StateSpace<3, 1>; 3],
+    spaces: [StateSpace<4, 1>; 3],
 }
 
 impl SeamFilter {
@@ -48,8 +55,8 @@ impl SeamFilter {
     /// # Errors
     /// When a number is not finite.
     pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2]) -> Result<Self, InvalidParameter> {
-        let diagonal = vector![variances[0], variances[1], COLOUR_VARIANCE_PX2];
-        let start = Gaussian::new(vector![u_px, velocity_px, 0.0], SMatrix::from_diagonal(&diagonal))?;
+        let diagonal = vector![variances[0], variances[1], START_ACCELERATION_VARIANCE, COLOUR_VARIANCE_PX2];
+        let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], SMatrix::from_diagonal(&diagonal))?;
         Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, spaces: spaces(1.0, 1.0)? })
     }
 

@@ -62,7 +62,7 @@ impl History {
             return Ok(vec![None; self.places.len()]);
         }
         let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
-        let model = filter::model(PROCESS_NOISE[1], GEOMETRY_VARIANCE_PX2, noise)
+        let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, noise)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
         let at = |&place: &usize| {

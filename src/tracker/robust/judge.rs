@@ -7,8 +7,6 @@ use crate::tracker::TrackerError;
 /// NIS above which a sighting is refused, and above which it is used with an inflated R. Prototype.
 pub const REFUSE_NIS: f64 = 16.0;
 const INFLATE_NIS: f64 = 4.0;
-/// Frames without a sighting after which the next one is taken whatever its NIS: the prediction is no better.
-const TAKE_ANYTHING_AFTER: u32 = 8;
 /// Refused sightings that agree with each other and make the filter start anew. Prototype.
 const AGREEING_REFUSALS: usize = 3;
 /// As many are enough when each is clear by itself.
@@ -125,8 +123,7 @@ impl Judge {
         clear: bool,
     ) -> Result<(f64, Verdict), TrackerError> {
         let nis = self.filter.nis(u_px, variance_px2)?;
-        let believable = nis <= REFUSE_NIS || self.unseen >= TAKE_ANYTHING_AFTER;
-        if believable && !self.lost {
+        if nis <= REFUSE_NIS && !self.lost {
             self.unseen = 0;
             self.sightings += 1;
             return Ok((nis, Verdict::Taken(self.take(nis, u_px, variance_px2)?)));
