@@ -97,6 +97,12 @@ pub struct Config {
     /// Where the seam is in the first frame \[px\], u and v in the image; found by the seed when it is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed_at: Option<[f64; 2]>,
+    /// Frames that the smoother may look ahead; the whole recording when it is not given. Preset robust only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub fixed_lag: Option<usize>,
+    /// Travel speed of the torch \[mm/s\], for the column travel_mm.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub speed_mm_s: Option<f64>,
     /// The method of Du 2022.
     pub paper: PaperConfig,
 }
@@ -142,6 +148,8 @@ impl Default for Config {
             period_s: 0.2,
             mm_per_px: MmPerPx::DU_2022,
             seed_at: None,
+            fixed_lag: None,
+            speed_mm_s: None,
             paper: PaperConfig::default(),
         }
     }
@@ -201,6 +209,9 @@ pub enum ConfigError {
         /// What it is.
         value: f64,
     },
+    /// The paper's method does not smooth.
+    #[error("a fixed lag belongs to the preset robust: the method of the preset paper does not smooth")]
+    LagWithoutSmoother,
     /// The KCF refuses its settings.
     #[error(transparent)]
     Kcf(#[from] KcfError),
@@ -237,10 +248,15 @@ impl Config {
             range("seed_at", u_px, "a point of the image", u_px.is_finite() && u_px >= 0.0)?;
             range("seed_at", v_px, "a point of the image", v_px.is_finite() && v_px >= 0.0)?;
         }
+        if let Some(speed) = self.speed_mm_s {
+            range("speed_mm_s", speed, "a number from 0", speed.is_finite() && speed >= 0.0)?;
+        }
         match self.preset {
+            Preset::Paper if self.fixed_lag.is_some() => Err(ConfigError::LagWithoutSmoother),
             Preset::Paper => Ok(Method::Paper(self.paper.settings()?)),
             Preset::Robust => {
-                Ok(Method::Robust(RobustSettings { joint: self.joint.kind(), ..RobustSettings::default() }))
+                let (joint, fixed_lag) = (self.joint.kind(), self.fixed_lag);
+                Ok(Method::Robust(RobustSettings { joint, fixed_lag, ..RobustSettings::default() }))
             }
         }
     }

@@ -18,7 +18,8 @@ use seamtrack::report::run::Run;
 use seamtrack::report::summary::write_summary;
 use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
-use seamtrack::run::{RunOutcome, Seen, error_table};
+use seamtrack::report::trace::write_trace_csv;
+use seamtrack::run::{RunOutcome, error_table};
 use seamtrack::source::SizeCheck;
 use seamtrack::units::{MmPerPx, PixelPoint};
 
@@ -61,6 +62,9 @@ pub struct Track {
     /// Time from frame to frame [s], for recordings without time stamps
     #[arg(long, value_name = "S")]
     period: Option<f64>,
+    /// Travel speed of the torch [mm/s], to write the way travelled into path.csv
+    #[arg(long, value_name = "MM_PER_S")]
+    speed: Option<f64>,
     /// The true path (frame,u_px,v_px,x_mm,occluded), to report errors against
     #[arg(long, value_name = "FILE")]
     truth: Option<PathBuf>,
@@ -73,6 +77,9 @@ pub struct Track {
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
+    /// Frames that the smoother may look ahead, as in a live run; the whole recording when it is not given
+    #[arg(long, value_name = "FRAMES")]
+    fixed_lag: Option<usize>,
     /// Also write trace.csv: what was measured in each frame and why it was accepted or refused
     #[arg(long)]
     trace: bool,
@@ -131,6 +138,8 @@ impl Track {
         config.stripe = self.stripe.unwrap_or(config.stripe);
         config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
         config.period_s = self.period.unwrap_or(config.period_s);
+        config.speed_mm_s = self.speed.or(config.speed_mm_s);
+        config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
         config.seed_at = self.seed_at.map(|p| [p.u_px, p.v_px]).or(config.seed_at);
         config.method()?;
         Ok(config)
@@ -191,7 +200,7 @@ impl Track {
                 Err(error) => progress.suspend(|| eprintln!("seamtrack: frame {}: {error}", seen.row.frame)),
             }
             if self.trace {
-                trace.push(trace_line(seen));
+                trace.push(seen.trace());
             }
             progress.inc(1);
         });
@@ -216,7 +225,7 @@ impl Track {
             None => {}
         }
         if self.trace {
-            write_trace(&job.output.join("trace.csv"), &trace)?;
+            write_trace_csv(&job.output.join("trace.csv"), &trace)?;
         }
         thumbnails.write(&job.output)?;
         let run = Run::read(&job.output)?;
@@ -338,24 +347,4 @@ fn read_manifest(manifest: &Path) -> anyhow::Result<Vec<(PathBuf, Option<PathBuf
             Ok((input, truth.and_then(path)))
         })
         .collect()
-}
-
-fn trace_line(seen: &Seen<'_>) -> [String; 3] {
-    let (observation, nis) = match seen.estimate {
-        None => ("unreadable", None),
-        Some(estimate) => (estimate.observation.name(), estimate.nis),
-    };
-    [seen.row.frame.to_string(), observation.into(), nis.map(|nis| format!("{nis:.4}")).unwrap_or_default()]
-}
-
-fn write_trace(path: &Path, lines: &[[String; 3]]) -> anyhow::Result<()> {
-    seamtrack::report::atomic::write_atomically(path, |file| {
-        let mut csv = csv::Writer::from_writer(file);
-        csv.write_record(["frame", "observation", "nis"])?;
-        for line in lines {
-            csv.write_record(line)?;
-        }
-        csv.flush()
-    })?;
-    Ok(())
 }

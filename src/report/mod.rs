@@ -22,6 +22,7 @@ pub mod table;
 pub mod terminal;
 pub mod textplot;
 pub mod thumbnails;
+pub mod trace;
 pub mod truth;
 pub mod tum;
 pub mod verdict;

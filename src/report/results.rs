@@ -85,6 +85,30 @@ pub struct PathRow {
     pub smooth_x_mm: Option<f64>,
     /// One σ of `smooth_x_mm` \[mm\].
     pub smooth_x_std_mm: Option<f64>,
+    /// Gap of a butt joint, shadow of a lap joint, as measured in this frame, along the stripe \[px\].
+    #[serde(default)]
+    pub gap_px: Option<f64>,
+    /// The same \[mm\].
+    #[serde(default)]
+    pub gap_mm: Option<f64>,
+    /// By how much the stripe behind the seam has the larger coordinate across it \[px\].
+    #[serde(default)]
+    pub mismatch_px: Option<f64>,
+    /// Shoulder of a V-groove before the root, column \[px\].
+    #[serde(default)]
+    pub shoulder_before_u_px: Option<f64>,
+    /// Shoulder before the root, row \[px\].
+    #[serde(default)]
+    pub shoulder_before_v_px: Option<f64>,
+    /// Shoulder behind the root, column \[px\].
+    #[serde(default)]
+    pub shoulder_behind_u_px: Option<f64>,
+    /// Shoulder behind the root, row \[px\].
+    #[serde(default)]
+    pub shoulder_behind_v_px: Option<f64>,
+    /// Way of the torch since the first frame, where its speed is given \[mm\].
+    #[serde(default)]
+    pub travel_mm: Option<f64>,
 }
 
 impl PathRow {
@@ -109,6 +133,14 @@ impl PathRow {
             smooth_v_px: None,
             smooth_x_mm: None,
             smooth_x_std_mm: None,
+            gap_px: None,
+            gap_mm: None,
+            mismatch_px: None,
+            shoulder_before_u_px: None,
+            shoulder_before_v_px: None,
+            shoulder_behind_u_px: None,
+            shoulder_behind_v_px: None,
+            travel_mm: None,
         }
     }
 
@@ -156,8 +188,8 @@ impl Estimator {
     }
 }
 
-/// The columns of the contract, in order.
-const COLUMNS: [&str; 17] = [
+/// The columns of the contract, in order, then those added since.
+const COLUMNS: [&str; 25] = [
     "frame",
     "file",
     "time_s",
@@ -175,6 +207,14 @@ const COLUMNS: [&str; 17] = [
     "smooth_v_px",
     "smooth_x_mm",
     "smooth_x_std_mm",
+    "gap_px",
+    "gap_mm",
+    "mismatch_px",
+    "shoulder_before_u_px",
+    "shoulder_before_v_px",
+    "shoulder_behind_u_px",
+    "shoulder_behind_v_px",
+    "travel_mm",
 ];
 
 const PX_DECIMALS: usize = 3;
@@ -223,6 +263,14 @@ fn cells(row: &PathRow, time_decimals: usize) -> std::io::Result<Vec<String>> {
         cell(row.smooth_v_px, PX_DECIMALS)?,
         cell(row.smooth_x_mm, MM_DECIMALS)?,
         cell(row.smooth_x_std_mm, MM_DECIMALS)?,
+        cell(row.gap_px, PX_DECIMALS)?,
+        cell(row.gap_mm, MM_DECIMALS)?,
+        cell(row.mismatch_px, PX_DECIMALS)?,
+        cell(row.shoulder_before_u_px, PX_DECIMALS)?,
+        cell(row.shoulder_before_v_px, PX_DECIMALS)?,
+        cell(row.shoulder_behind_u_px, PX_DECIMALS)?,
+        cell(row.shoulder_behind_v_px, PX_DECIMALS)?,
+        cell(row.travel_mm, MM_DECIMALS)?,
     ])
 }
 
@@ -259,7 +307,7 @@ pub fn read_path_csv(path: &Path) -> Result<Vec<PathRow>, ResultsError> {
     Ok(rows)
 }
 
-fn numbers(row: &PathRow) -> [Option<f64>; 13] {
+fn numbers(row: &PathRow) -> [Option<f64>; 21] {
     [
         Some(row.time_s),
         row.kcf_u_px,
@@ -274,6 +322,14 @@ fn numbers(row: &PathRow) -> [Option<f64>; 13] {
         row.smooth_v_px,
         row.smooth_x_mm,
         row.smooth_x_std_mm,
+        row.gap_px,
+        row.gap_mm,
+        row.mismatch_px,
+        row.shoulder_before_u_px,
+        row.shoulder_before_v_px,
+        row.shoulder_behind_u_px,
+        row.shoulder_behind_v_px,
+        row.travel_mm,
     ]
 }
 
@@ -316,10 +372,11 @@ mod tests {
         assert_eq!(
             lines[0],
             "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
-             smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm"
+             smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm,gap_px,gap_mm,mismatch_px,\
+             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm"
         );
-        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,");
-        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,");
+        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,,,,,,,,,");
+        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,,,,,,,,,");
     }
 
     #[test]
@@ -337,7 +394,7 @@ mod tests {
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()
-            .zip(["gap_px", "3.5"])
+            .zip(["height_mm", "3.5"])
             .map(|(line, cell)| format!("{line},{cell}\n"))
             .collect();
         std::fs::write(&path, wider).unwrap();

@@ -110,6 +110,9 @@ pub struct Joint {
     pub decided_at_frame: Option<usize>,
     /// Why, in one sentence.
     pub reason: String,
+    /// Joints found later in the recording, or the same one found again.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub later: Vec<Self>,
 }
 
 /// How long a run took.

@@ -17,8 +17,9 @@ use crate::frame::GrayFrame;
 use crate::report::marks::FrameMarks;
 use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
+use crate::report::trace::TraceRow;
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
-use crate::tracker::{Estimate, JointDecision, Tracker, TrackerError};
+use crate::tracker::{Estimate, Evidence, JointDecision, Tracker, TrackerError};
 use crate::units::{PixelPoint, StripeAxis};
 
 /// Frames that are decoded ahead of the tracker.
@@ -34,6 +35,25 @@ pub struct Seen<'a> {
     pub estimate: Option<&'a Estimate>,
     /// What overlays show.
     pub marks: &'a FrameMarks,
+}
+
+impl Seen<'_> {
+    /// What was measured in it, and what speaks for it.
+    #[must_use]
+    pub fn trace(&self) -> TraceRow {
+        let evidence = self.estimate.map_or(Evidence::NONE, |estimate| estimate.evidence);
+        TraceRow {
+            frame: self.row.frame,
+            observation: self.estimate.map_or("unreadable", |estimate| estimate.observation.name()),
+            nis: self.row.nis,
+            support: evidence.support,
+            residual_px: evidence.residual_px,
+            cost: evidence.cost,
+            margin: evidence.margin,
+            presence: evidence.presence,
+            psr_ratio: self.estimate.and_then(|estimate| estimate.kcf).map(|kcf| kcf.psr_ratio),
+        }
+    }
 }
 
 /// A run's results.
@@ -57,8 +77,8 @@ pub struct RunOutcome {
     pub sixteen_bit_scale: Option<SixteenBitScale>,
     /// First frame with a seam.
     pub confirmed_at: Option<usize>,
-    /// The kind of joint, if one was found.
-    pub joint: Option<JointDecision>,
+    /// The joints that were found, in their order.
+    pub joints: Vec<JointDecision>,
 }
 
 impl RunOutcome {
@@ -186,7 +206,10 @@ impl<'a> Run<'a> {
         };
         self.calibrate(estimate.as_ref());
         let axis = self.tracker.axis().unwrap_or(StripeAxis::Horizontal);
+        let started_s = self.rows.first().map_or(time_s, |first| first.time_s);
+        let travel_mm = self.config.speed_mm_s.map(|speed| speed * (time_s - started_s));
         let row = row(self.rows.len(), file, time_s, estimate.as_ref(), axis, self.calibration);
+        let row = PathRow { travel_mm, ..row };
         let marks = rows::marks(estimate.as_ref());
         self.count(row.status, estimate.as_ref(), picture.as_ref().ok());
         watch(&Seen { row: &row, picture: picture.as_ref(), estimate: estimate.as_ref(), marks: &marks });
@@ -259,7 +282,7 @@ impl<'a> Run<'a> {
             rows: self.rows,
             marks: self.marks,
             sixteen_bit_scale: None,
-            joint: self.tracker.joint().cloned(),
+            joints: self.tracker.joints().to_vec(),
         })
     }
 }

@@ -3,7 +3,7 @@
 use crate::calib::ScaleCalibration;
 use crate::report::marks::{FrameMarks, RoiBox};
 use crate::report::results::{Estimator, PathRow, Status as RowStatus};
-use crate::tracker::{Estimate, Status, roi};
+use crate::tracker::{CrossSection, Estimate, Status, roi};
 use crate::units::{PixelPoint, StripeAxis};
 
 /// The row of one frame; without an estimate it was unreadable.
@@ -22,7 +22,9 @@ pub fn row(
         Status::Coasting => RowStatus::Coasting,
         Status::Lost => RowStatus::Lost,
     };
-    let (kcf, seam) = (estimate.kcf, estimate.seam);
+    let (kcf, seam, section) = (estimate.kcf, estimate.seam, estimate.section);
+    let gap_px = section.and_then(|section| section.gap_px);
+    let shoulder = |side: usize| section.and_then(|section| section.sides[side].shoulder);
     PathRow {
         kcf_u_px: kcf.map(|k| k.peak.u_px),
         kcf_v_px: kcf.map(|k| k.peak.v_px),
@@ -33,6 +35,13 @@ pub fn row(
         x_mm: seam.zip(calibration).map(|(s, c)| c.mm_from_px(axis.along_px(s.centre))),
         x_std_mm: seam.zip(calibration).map(|(s, c)| s.std_px * c.mm_per_px.get()),
         nis: estimate.nis,
+        gap_px,
+        gap_mm: gap_px.zip(calibration).map(|(gap_px, c)| gap_px * c.mm_per_px.get()),
+        mismatch_px: section.and_then(|section| section.mismatch_px),
+        shoulder_before_u_px: shoulder(0).map(|point| point.u_px),
+        shoulder_before_v_px: shoulder(0).map(|point| point.v_px),
+        shoulder_behind_u_px: shoulder(1).map(|point| point.u_px),
+        shoulder_behind_v_px: shoulder(1).map(|point| point.v_px),
         ..PathRow::empty(frame, file, time_s, status)
     }
 }
@@ -41,7 +50,7 @@ pub fn row(
 pub fn marks(estimate: Option<&Estimate>) -> FrameMarks {
     let Some(estimate) = estimate else { return FrameMarks::default() };
     FrameMarks {
-        stripe: estimate.sides.map(|sides| sides.concat()).unwrap_or_default(),
+        stripe: estimate.section.map(|section| stripe(&section)).unwrap_or_default(),
         roi: roi(estimate).map(|roi| RoiBox {
             u_px: roi.centre.u_px - 0.5 * roi.width_px,
             v_px: roi.centre.v_px - 0.5 * roi.height_px,
@@ -49,6 +58,12 @@ pub fn marks(estimate: Option<&Estimate>) -> FrameMarks {
             height_px: roi.height_px,
         }),
     }
+}
+
+/// The stripe as it was fitted, from one end to the other.
+fn stripe(section: &CrossSection) -> Vec<PixelPoint> {
+    let [before, behind] = section.sides;
+    before.points().chain(behind.points().rev()).collect()
 }
 
 /// Writes the smoothed path into the rows. Across the stripe nothing is smoothed: the last row seen stands there.

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use super::{RunError, RunOutcome};
 use crate::config::{Config, Preset};
 use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
-use crate::tracker::REFUSE_NIS;
+use crate::tracker::{JointDecision, REFUSE_NIS};
 use crate::units::StripeAxis;
 
 /// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
@@ -47,19 +47,25 @@ pub fn summarise(
         },
         config: config_json,
         frames: outcome.counts,
-        joint: match &outcome.joint {
-            Some(decision) => Joint {
-                kind: decision.kind.into(),
-                decided_at_frame: Some(decision.frame),
-                reason: decision.reason.clone(),
-            },
+        joint: match outcome.joints.split_first() {
+            Some((first, later)) => Joint { later: later.iter().map(joint).collect(), ..joint(first) },
             None => Joint {
                 kind: "none".into(),
                 decided_at_frame: None,
                 reason: "no frame showed a joint that others confirmed".into(),
+                later: vec![],
             },
         },
         timing: outcome.timing,
         errors,
     })
+}
+
+fn joint(decision: &JointDecision) -> Joint {
+    Joint {
+        kind: decision.kind.into(),
+        decided_at_frame: Some(decision.frame),
+        reason: decision.reason.clone(),
+        later: vec![],
+    }
 }

@@ -79,6 +79,69 @@ impl Observation {
     }
 }
 
+/// What a measurement rests on, as far as its kind has it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Evidence {
+    /// Share of the stripe's columns that lie on its lines, 0 to 1.
+    pub support: Option<f64>,
+    /// RMS distance of the stripe from its lines \[px\].
+    pub residual_px: Option<f64>,
+    /// How badly two edges explain where the stripe is and where not, 0 to 2.
+    pub cost: Option<f64>,
+    /// By how much the next-best place is worse.
+    pub margin: Option<f64>,
+    /// Probability that there is a seam (hairline), 0 to 1.
+    pub presence: Option<f64>,
+}
+
+impl Evidence {
+    /// Nothing was seen.
+    pub const NONE: Self = Self { support: None, residual_px: None, cost: None, margin: None, presence: None };
+}
+
+/// One side of a joint.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Side {
+    /// The end of the fitted stripe away from the seam.
+    pub outer: PixelPoint,
+    /// Where the flank meets its plate (V-groove).
+    pub shoulder: Option<PixelPoint>,
+    /// The end next to the seam.
+    pub inner: PixelPoint,
+}
+
+impl Side {
+    /// Its points, going towards the seam.
+    pub fn points(self) -> impl DoubleEndedIterator<Item = PixelPoint> {
+        [Some(self.outer), self.shoulder, Some(self.inner)].into_iter().flatten()
+    }
+
+    fn transposed(self) -> Self {
+        Self {
+            outer: self.outer.transposed(),
+            shoulder: self.shoulder.map(PixelPoint::transposed),
+            inner: self.inner.transposed(),
+        }
+    }
+}
+
+/// The joint in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct CrossSection {
+    /// The stripe before and behind the seam.
+    pub sides: [Side; 2],
+    /// Distance of the two edges along the stripe \[px\]: the gap of a butt joint, the shadow of a lap joint.
+    pub gap_px: Option<f64>,
+    /// By how much the stripe behind the seam has the larger coordinate across it \[px\]: the plates' mismatch.
+    pub mismatch_px: Option<f64>,
+}
+
+impl CrossSection {
+    fn transposed(self) -> Self {
+        Self { sides: self.sides.map(Side::transposed), ..self }
+    }
+}
+
 /// What the tracker says of one frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Estimate {
@@ -92,8 +155,10 @@ pub struct Estimate {
     pub observation: Observation,
     /// Normalised innovation squared of the measurement.
     pub nis: Option<f64>,
-    /// The stripe's lines before and behind the seam, as they were fitted, each by its two ends.
-    pub sides: Option<[[PixelPoint; 2]; 2]>,
+    /// What the measurement rests on, also that of a refused one.
+    pub evidence: Evidence,
+    /// The joint as it was seen in this frame, when the measurement was accepted.
+    pub section: Option<CrossSection>,
     /// The frame equals its predecessor byte for byte.
     pub repeated: bool,
 }
@@ -102,7 +167,16 @@ impl Estimate {
     /// No seam yet, because of `observation`.
     #[must_use]
     pub const fn seeking(observation: Observation) -> Self {
-        Self { status: Status::Seeking, seam: None, kcf: None, observation, nis: None, sides: None, repeated: false }
+        Self {
+            status: Status::Seeking,
+            seam: None,
+            kcf: None,
+            observation,
+            nis: None,
+            evidence: Evidence::NONE,
+            section: None,
+            repeated: false,
+        }
     }
 
     /// The estimate in the transposed image.
@@ -110,7 +184,7 @@ impl Estimate {
     pub fn transposed(self) -> Self {
         Self {
             seam: self.seam.map(|seam| SeamEstimate { centre: seam.centre.transposed(), ..seam }),
-            sides: self.sides.map(|sides| sides.map(|side| side.map(PixelPoint::transposed))),
+            section: self.section.map(CrossSection::transposed),
             kcf: self.kcf.map(|kcf| KcfReading { peak: kcf.peak.transposed(), ..kcf }),
             ..self
         }

@@ -10,13 +10,15 @@ mod orientation;
 mod paper;
 mod robust;
 
-pub use estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
+pub use estimate::{
+    CrossSection, Estimate, Evidence, JointDecision, KcfReading, Observation, SeamEstimate, Side, Status,
+};
 pub use grid::{GridEstimate, GridFilter, LocalObservation};
 pub use grid_smooth::{EvidenceRow, smooth};
 pub use hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 pub use orientation::find_axis;
 pub use paper::{PaperSettings, PaperTracker};
-pub use robust::{REFUSE_NIS, RobustSettings, RobustTracker};
+pub use robust::{Part, Parts, REFUSE_NIS, RobustSettings, RobustTracker};
 
 use crate::frame::GrayFrame;
 use crate::imgproc::{MedianError, SeamRoi};
@@ -63,8 +65,8 @@ trait Follow: Send {
     fn miss(&mut self, time_s: f64) -> Result<(), TrackerError>;
     /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them.
     fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError>;
-    /// The kind of joint, once it is decided.
-    fn joint(&self) -> Option<&JointDecision>;
+    /// The joints found, in their order.
+    fn joints(&self) -> &[JointDecision];
 }
 
 /// Finds the seam and follows it from frame to frame.
@@ -131,10 +133,10 @@ impl Tracker {
         self.follow.miss(time_s)
     }
 
-    /// The kind of joint, once it is decided.
+    /// The joints found so far, in their order: a recording may hold several, and one that was lost is found again.
     #[must_use]
-    pub fn joint(&self) -> Option<&JointDecision> {
-        self.follow.joint()
+    pub fn joints(&self) -> &[JointDecision] {
+        self.follow.joints()
     }
 
     /// Position along the stripe and its variance \[px, px²\] in each frame so far, given all of them; nothing by a
@@ -177,7 +179,7 @@ mod tests {
         }
         let smoothed = tracker.smoothed().unwrap();
         assert_eq!(smoothed.len(), DARK + scene.frame_count());
-        assert_eq!(tracker.joint().unwrap().frame, DARK);
+        assert_eq!(tracker.joints()[0].frame, DARK);
         for (i, state) in smoothed[DARK..].iter().enumerate() {
             let truth_px = scene.truth(i).seam.unwrap().u_px;
             let (u_px, _) = state.unwrap();

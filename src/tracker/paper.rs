@@ -151,15 +151,9 @@ impl Follow for PaperTracker {
         let space = self.settings.kalman.state_space(time_s - last_s)?;
         let update = filter.predict(&space).update(&space, &[Some(response.peak.u_px)], None)?;
         self.state = State::Following { filter: update.posterior, time_s, peak: response.peak };
-        Ok(Estimate {
-            status: Status::Tracked,
-            seam: Some(seam(&update.posterior, response.peak.v_px)),
-            kcf: Some(reading),
-            observation: Observation::Kcf,
-            nis: update.nis,
-            sides: None,
-            repeated: false,
-        })
+        let seeking = Estimate::seeking(Observation::Kcf);
+        let seam = Some(seam(&update.posterior, response.peak.v_px));
+        Ok(Estimate { status: Status::Tracked, seam, kcf: Some(reading), nis: update.nis, ..seeking })
     }
 
     fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
@@ -176,7 +170,7 @@ impl Follow for PaperTracker {
         Ok(vec![])
     }
 
-    fn joint(&self) -> Option<&JointDecision> {
-        self.joint.as_ref()
+    fn joints(&self) -> &[JointDecision] {
+        self.joint.as_slice()
     }
 }

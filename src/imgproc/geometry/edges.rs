@@ -92,6 +92,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         support: left.support.min(right.support),
         residual_px: left.residual_px.max(right.residual_px),
         edges: Some(EdgeQuality { gap_px: found.right_du - found.left_du, cost: found.cost, margin: found.margin }),
+        plates: [None, None],
     })
 }
 

@@ -1,12 +1,14 @@
 //! The joint's cross-section from a frame in which the stripe is well seen.
 
+use std::ops::Range;
+
 use super::line::Line;
 use super::{HALF_WINDOW_PX, JointKind, JointModel, columns};
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
-/// Rows above and below the seed in which the stripe is sought \[px\]: deeper than any joint.
-const REACH_ROWS: usize = 70;
+/// Rows above and below the seed in which the stripe is sought, as a share of the half window: deeper than any joint.
+const REACH_SHARE: f64 = 0.9;
 /// A column counts when its peak reaches this share of the median column's. Prototype.
 const LEAST_PEAK_SHARE: f64 = 0.4;
 /// Columns left out beside the seed \[px\] when the sides' lines are fitted. Prototype.
@@ -17,18 +19,22 @@ const TOE_FILLET_PX: f64 = 6.0;
 const TOE_VGROOVE_PX: f64 = 3.0;
 /// From this distance to the stripe on, a root counts as open \[px\].
 const LEAST_OPEN_PX: f64 = 6.0;
-/// The stretch in which a V-groove's flank begins \[px\].
-const FLANK_PX: std::ops::Range<f64> = 5.0..20.0;
-/// Narrowest and widest V-groove, root to shoulder \[px\].
-const HALF_WIDTHS_PX: std::ops::RangeInclusive<f64> = 12.0..=70.0;
+/// The stretch in which a V-groove's flank begins \[px\], in the smallest window.
+const FLANK_PX: Range<f64> = 5.0..20.0;
+/// Narrowest V-groove, root to shoulder \[px\], and the widest as a share of the window: the plates must be in it.
+const LEAST_HALF_WIDTH_PX: f64 = 12.0;
+const WIDEST_SHARE: f64 = 0.88;
+/// Larger windows for wider grooves \[px\], half their length.
+const WIDER_WINDOWS_PX: [f64; 2] = [160.0, 320.0];
+/// The stretch of a plate behind its shoulder \[px\], in the smallest window, and by how much its slope differs from the flank's at least.
+const PLATE_PX: Range<f64> = 4.0..60.0;
+const LEAST_SHOULDER_BEND: f64 = 0.15;
 /// How often a flank's line is fitted anew over its new length.
-const GROWTH_ROUNDS: usize = 3;
-/// Columns beyond a shoulder that must have left the flank's line, by their median.
-const SHOULDER_COLUMNS: usize = 9;
+const GROWTH_ROUNDS: usize = 12;
 /// What counts as near a corner \[px\], and how far off it the stripe may lie there \[px\]: rounded toes are 2 px deep.
 const ROOT_PX: f64 = 5.0;
 const ROOT_DEPTH_PX: f64 = 5.0;
-/// Distance from its line at which a column leaves a side \[px\].
+/// Distance from its line at which a column leaves a side \[px\], in the smallest window: long flanks bow.
 const INLIER_PX: f64 = 1.8;
 /// Fewest columns of a side.
 const LEAST_COLUMNS: usize = 8;
@@ -46,42 +52,78 @@ struct Peak {
 /// Reads the joint's model round `seed`. None where there is no stripe on both sides.
 #[must_use]
 pub fn learn(frame: &GrayFrame, seed: PixelPoint, kind: JointKind) -> Option<JointModel> {
-    let peaks = peaks(frame, seed);
+    let near = learn_within(frame, seed, kind, HALF_WINDOW_PX);
+    if kind != JointKind::VGroove || near.as_ref().is_some_and(|model| model.plates.is_some()) {
+        return near;
+    }
+    // A groove in a large picture: its shoulders lie farther out.
+    let wider = WIDER_WINDOWS_PX.into_iter().filter_map(|half_px| learn_within(frame, seed, kind, half_px));
+    wider.into_iter().find(|model| model.plates.is_some()).or(near)
+}
+
+fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_window_px: f64) -> Option<JointModel> {
+    let peaks = peaks(frame, seed, half_window_px);
+    let inlier_px = INLIER_PX * (half_window_px / HALF_WINDOW_PX).sqrt();
     let side = |from_px: f64, to_px: f64| {
         let part: Vec<Peak> = peaks.iter().copied().filter(|p| p.du_px > from_px && p.du_px < to_px).collect();
-        consensus_line(&part)
+        consensus_line(&part, inlier_px)
     };
     let open_px = if kind.has_edges() { 0.0 } else { open_root(&peaks) };
-    let (left, right, half_width_px) = match kind {
+    let (mut half_width_px, mut plates) = (None, None);
+    let (left, right) = match kind {
         JointKind::VGroove => {
-            let (left, left_end) = grown_flank(&peaks, -1.0, open_px)?;
-            let (right, right_end) = grown_flank(&peaks, 1.0, open_px)?;
+            let scale = half_window_px / HALF_WINDOW_PX;
+            let flank = open_px + FLANK_PX.start..open_px + FLANK_PX.end * scale;
+            let (left, left_end) = grown_flank(&peaks, -1.0, &flank, inlier_px)?;
+            let (right, right_end) = grown_flank(&peaks, 1.0, &flank, inlier_px)?;
             let half = left_end.min(right_end);
+            let widths = LEAST_HALF_WIDTH_PX..=WIDEST_SHARE * half_window_px;
             // Flanks without an end in sight have no shoulder: then there is no half width.
-            let shoulders = HALF_WIDTHS_PX.contains(&half);
-            let half = half.clamp(*HALF_WIDTHS_PX.start(), *HALF_WIDTHS_PX.end());
-            let flank = |from, to, otherwise| side(from, to).unwrap_or(otherwise);
+            half_width_px = widths.contains(&half).then_some(half);
+            let half = half.clamp(*widths.start(), *widths.end());
+            let refit = |from, to, otherwise| side(from, to).unwrap_or(otherwise);
             let (from, to) = (open_px + 4.0, half - 4.0);
-            (flank(-to, -from, left), flank(from, to, right), shoulders.then_some(half))
+            let flanks = (refit(-to, -from, left), refit(from, to, right));
+            let beside = |sign: f64, end_px: f64| {
+                let (near, far) = (end_px + PLATE_PX.start * scale, end_px + PLATE_PX.end * scale);
+                side((sign * near).min(sign * far), (sign * near).max(sign * far))
+            };
+            let pair = beside(-1.0, left_end).zip(beside(1.0, right_end));
+            let bent = |flank: Line, plate: Line| (flank.slope - plate.slope).abs() >= LEAST_SHOULDER_BEND;
+            plates = half_width_px.and(pair).filter(|(l, r)| bent(flanks.0, *l) && bent(flanks.1, *r));
+            flanks
         }
-        JointKind::Fillet => (side(-HALF_WINDOW_PX, -INNER_FILLET_PX)?, side(INNER_FILLET_PX, HALF_WINDOW_PX)?, None),
+        JointKind::Fillet => (side(-half_window_px, -INNER_FILLET_PX)?, side(INNER_FILLET_PX, half_window_px)?),
         JointKind::Butt | JointKind::Lap => {
-            (side(-HALF_WINDOW_PX, -INNER_EDGES_PX)?, side(INNER_EDGES_PX, HALF_WINDOW_PX)?, None)
+            (side(-half_window_px, -INNER_EDGES_PX)?, side(INNER_EDGES_PX, half_window_px)?)
         }
     };
     if !kind.has_edges() && !reaches_root(&peaks, left, right) {
         return None;
     }
-    let toe_px = if half_width_px.is_some() { TOE_VGROOVE_PX } else { TOE_FILLET_PX };
+    let toe_px = open_px + if half_width_px.is_some() { TOE_VGROOVE_PX } else { TOE_FILLET_PX };
     let stripe_sd_px = stripe_sd(frame, seed, &peaks)?;
-    Some(JointModel { kind, stripe_sd_px, left, right, gap_px: None, half_width_px, toe_px: toe_px + open_px, fits: 0 })
+    let plates = plates.map(|(left, right)| [left, right]);
+    Some(JointModel {
+        kind,
+        stripe_sd_px,
+        left,
+        right,
+        gap_px: None,
+        half_width_px,
+        plates,
+        half_window_px,
+        toe_px,
+        fits: 0,
+    })
 }
 
 /// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.
-fn peaks(frame: &GrayFrame, seed: PixelPoint) -> Vec<Peak> {
+fn peaks(frame: &GrayFrame, seed: PixelPoint, half_window_px: f64) -> Vec<Peak> {
     let centre = seed.v_px.round().max(0.0) as usize;
-    let rows = centre.saturating_sub(REACH_ROWS)..(centre + REACH_ROWS + 1).min(frame.height_px());
-    let mut peaks: Vec<Peak> = columns(frame, seed.u_px, HALF_WINDOW_PX)
+    let reach = (REACH_SHARE * half_window_px) as usize;
+    let rows = centre.saturating_sub(reach)..(centre + reach + 1).min(frame.height_px());
+    let mut peaks: Vec<Peak> = columns(frame, seed.u_px, half_window_px)
         .map(|u| {
             let smooth = |v: usize| {
                 (-3isize..=3)
@@ -115,7 +157,7 @@ fn peaks(frame: &GrayFrame, seed: PixelPoint) -> Vec<Peak> {
 const SMOOTHING: [f64; 7] = [0.0366, 0.1113, 0.2167, 0.2708, 0.2167, 0.1113, 0.0366];
 
 /// The line that most columns agree on, refined by least squares over those.
-fn consensus_line(peaks: &[Peak]) -> Option<Line> {
+fn consensus_line(peaks: &[Peak], inlier_px: f64) -> Option<Line> {
     if peaks.len() < LEAST_COLUMNS {
         return None;
     }
@@ -123,7 +165,7 @@ fn consensus_line(peaks: &[Peak]) -> Option<Line> {
         let slope = (b.v_px - a.v_px) / (b.du_px - a.du_px);
         Line { v_px: a.v_px - slope * a.du_px, slope }
     };
-    let inlier = |line: &Line, p: &Peak| (p.v_px - line.at(p.du_px)).abs() < INLIER_PX;
+    let inlier = |line: &Line, p: &Peak| (p.v_px - line.at(p.du_px)).abs() < inlier_px;
     let stride = (peaks.len() / 24).max(1);
     let mut best: Option<(usize, Line)> = None;
     for i in (0..peaks.len()).step_by(stride) {
@@ -156,36 +198,48 @@ fn consensus_line(peaks: &[Peak]) -> Option<Line> {
 fn open_root(peaks: &[Peak]) -> f64 {
     let nearest = |sign: f64| {
         let side = peaks.iter().map(|p| sign * p.du_px).filter(|du| *du >= 0.0);
-        side.fold(HALF_WINDOW_PX, f64::min)
+        side.fold(f64::INFINITY, f64::min)
     };
     let open_px = nearest(1.0).max(nearest(-1.0));
-    if open_px < LEAST_OPEN_PX { 0.0 } else { open_px }
+    if open_px < LEAST_OPEN_PX || !open_px.is_finite() { 0.0 } else { open_px }
 }
 
-/// A flank's line and where it ends, going to `sign`: from the stretch next to the root outwards, as long as it grows.
-fn grown_flank(peaks: &[Peak], sign: f64, open_px: f64) -> Option<(Line, f64)> {
+/// A flank's line and where it ends, going to `sign`: from the stretch `first` next to the root outwards, as long as it
+/// grows.
+fn grown_flank(peaks: &[Peak], sign: f64, first: &Range<f64>, inlier_px: f64) -> Option<(Line, f64)> {
     let line_up_to = |end_px: f64| {
-        let within = |p: &&Peak| (open_px + FLANK_PX.start..end_px).contains(&(sign * p.du_px));
-        consensus_line(&peaks.iter().filter(within).copied().collect::<Vec<_>>())
+        let within = |p: &&Peak| (first.start..end_px).contains(&(sign * p.du_px));
+        consensus_line(&peaks.iter().filter(within).copied().collect::<Vec<_>>(), inlier_px)
     };
-    let mut line = line_up_to(open_px + FLANK_PX.end)?;
-    let mut end_px = flank_end(peaks, line, sign, open_px);
+    let mut line = line_up_to(first.end)?;
+    let mut end_px = flank_end(peaks, line, sign, first, inlier_px);
     for _ in 0..GROWTH_ROUNDS {
         let Some(longer) = line_up_to(end_px) else { break };
-        line = longer;
-        end_px = flank_end(peaks, line, sign, open_px);
+        let longer_end_px = flank_end(peaks, longer, sign, first, inlier_px);
+        if (longer_end_px - end_px).abs() < 1.0 {
+            break;
+        }
+        (line, end_px) = (longer, longer_end_px);
     }
     Some((line, end_px))
 }
 
-/// How far from the root the columns stay on a flank's line, going to `sign` \[px\]: up to where the median of the next
-/// columns has left it, for a faint or spattered column ends no flank.
-fn flank_end(peaks: &[Peak], line: Line, sign: f64, open_px: f64) -> f64 {
-    let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > open_px + FLANK_PX.start).collect();
+/// How far from the root the columns stay on a flank's line, going to `sign` \[px\]: where the columns on it, less those
+/// off it, are most, for a spatter over some columns ends no flank. Next to the root its edge may be worn.
+fn flank_end(peaks: &[Peak], line: Line, sign: f64, first: &Range<f64>, inlier_px: f64) -> f64 {
+    let middle_px = 0.5 * (first.start + first.end);
+    let mut outward: Vec<&Peak> = peaks.iter().filter(|p| sign * p.du_px > middle_px).collect();
     outward.sort_by(|a, b| a.du_px.abs().total_cmp(&b.du_px.abs()));
-    let off = |peak: &&Peak| (peak.v_px - line.at(peak.du_px)).abs() > 2.0 * INLIER_PX;
-    let ends = outward.windows(SHOULDER_COLUMNS).find(|next| 2 * next.iter().filter(|p| off(p)).count() > next.len());
-    ends.or(outward.chunks(1).next_back()).map_or(open_px + FLANK_PX.end, |next| next[0].du_px.abs())
+    let mut balance = 0;
+    let mut best = (0, middle_px);
+    for peak in outward {
+        let off = (peak.v_px - line.at(peak.du_px)).abs() > 2.0 * inlier_px;
+        balance += if off { -1 } else { 1 };
+        if balance > best.0 {
+            best = (balance, peak.du_px.abs());
+        }
+    }
+    best.1
 }
 
 /// Whether the stripe near the root goes through it: a gap's bottom lies off the point where its edges' lines meet.

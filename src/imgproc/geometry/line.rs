@@ -18,6 +18,14 @@ impl Line {
         self.v_px + self.slope * du_px
     }
 
+    /// Where two lines with the same reference column meet: distance from it and row \[px\]; none when they are
+    /// parallel.
+    #[must_use]
+    pub fn meets(&self, other: Self) -> Option<(f64, f64)> {
+        let du = (other.v_px - self.v_px) / (self.slope - other.slope);
+        du.is_finite().then(|| (du, self.at(du)))
+    }
+
     /// The same line with the reference column moved by `du_px`.
     #[must_use]
     pub fn moved(&self, du_px: f64) -> Self {

@@ -48,7 +48,8 @@ impl JointKind {
     }
 }
 
-/// Half the stretch along the stripe that a fit looks at \[px\]. Prototype: 80.
+/// Half the stretch along the stripe that a fit looks at \[px\]. Prototype: 80. A V-groove that is wider takes a larger
+/// one.
 pub const HALF_WINDOW_PX: f64 = 80.0;
 
 /// What is known of the joint's cross-section; lines are given relative to the seam's column.
@@ -66,6 +67,10 @@ pub struct JointModel {
     pub gap_px: Option<f64>,
     /// From the root to the nearer shoulder \[px\] (V-groove), where it is within the window.
     pub half_width_px: Option<f64>,
+    /// The plates beside the shoulders (V-groove), where they are within the window.
+    pub plates: Option<[Line; 2]>,
+    /// Half the stretch along the stripe that a fit looks at \[px\].
+    pub half_window_px: f64,
     /// Columns left out on either side of a corner \[px\]: its rounded toe or open root is not part of the flanks.
     pub toe_px: f64,
     /// Fits that went into the model.
@@ -89,6 +94,8 @@ pub struct JointFit {
     pub residual_px: f64,
     /// How well the two edges explain the stripe's presence (butt, lap).
     pub edges: Option<EdgeQuality>,
+    /// The plates beside the shoulders, relative to the centre's column, each where it was seen (V-groove).
+    pub plates: [Option<Line>; 2],
 }
 
 /// How well two edges explain where the stripe is and where not.
@@ -164,29 +171,44 @@ impl JointFit {
             && self.edges.is_none_or(|edges| edges.cost < CLEAR_COST)
     }
 
-    /// The fit again, or why it cannot be trusted.
-    ///
-    /// # Errors
-    /// The first of support, residual, cost and margin that fails.
-    pub fn judged(self) -> Result<Self, Refusal> {
+    /// Why the fit cannot be trusted, if so: the first of support, residual, cost and margin that fails.
+    #[must_use]
+    pub fn refusal(&self) -> Option<Refusal> {
         let least_support = if self.edges.is_some() { LEAST_SUPPORT_EDGES } else { LEAST_SUPPORT_CORNER };
         if self.support < least_support {
-            return Err(Refusal::Support);
+            return Some(Refusal::Support);
         }
         if self.residual_px > LARGEST_RESIDUAL_PX {
-            return Err(Refusal::Residual);
+            return Some(Refusal::Residual);
         }
         match self.edges {
-            Some(edges) if edges.cost > LARGEST_COST => Err(Refusal::Cost),
-            Some(edges) if edges.margin < LEAST_MARGIN => Err(Refusal::Margin),
-            _ => Ok(self),
+            Some(edges) if edges.cost > LARGEST_COST => Some(Refusal::Cost),
+            Some(edges) if edges.margin < LEAST_MARGIN => Some(Refusal::Margin),
+            _ => None,
         }
+    }
+
+    /// By how much the stripe behind the seam lies lower in the image than that before it, at the seam \[px\]: the
+    /// mismatch of the plates. A corner has none.
+    #[must_use]
+    pub fn mismatch_px(&self) -> Option<f64> {
+        self.edges.map(|_| self.right.v_px - self.left.v_px)
+    }
+
+    /// Where a flank meets its plate, for each side where the plate was seen (V-groove).
+    #[must_use]
+    pub fn shoulders(&self) -> [Option<PixelPoint>; 2] {
+        let shoulder = |flank: Line, plate: Option<Line>| {
+            let (du, v_px) = flank.meets(plate?)?;
+            Some(PixelPoint::new(self.centre.u_px + du, v_px))
+        };
+        [shoulder(self.left, self.plates[0]), shoulder(self.right, self.plates[1])]
     }
 }
 
 impl JointModel {
     /// Fits the joint within `search_px` of column `u_px`, the sides' lines shifted by `dv_px`. The fit is not judged
-    /// yet: [`JointFit::judged`].
+    /// yet: [`JointFit::refusal`].
     ///
     /// # Errors
     /// When there is nothing to fit.
@@ -211,6 +233,7 @@ impl JointModel {
     /// Takes over what an accepted fit says: the height at once, slopes and gap slowly.
     pub fn learn(&mut self, fit: &JointFit) {
         self.fits += 1;
+        let seam_v_px = self.seam_v_px();
         let early = 1.0 / f64::from(self.fits + 1);
         let slope_rate = early.max(0.06);
         let take = |line: &mut Line, measured: Line, free_slope: f64| {
@@ -219,6 +242,13 @@ impl JointModel {
         };
         take(&mut self.left, fit.left, fit.free_slopes[0]);
         take(&mut self.right, fit.right, fit.free_slopes[1]);
+        for (plate, seen) in self.plates.iter_mut().flatten().zip(fit.plates) {
+            let drop_px = 0.5 * (fit.left.v_px + fit.right.v_px) - seam_v_px;
+            plate.v_px += drop_px;
+            if let Some(seen) = seen {
+                *plate = seen;
+            }
+        }
         if let Some(edges) = fit.edges {
             let gap_rate = early.max(0.15);
             self.gap_px = Some(self.gap_px.map_or(edges.gap_px, |gap| gap + gap_rate * (edges.gap_px - gap)));

@@ -2,6 +2,7 @@
 
 use nalgebra::{SMatrix, vector};
 
+use super::part::{Part, Parts};
 use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
 
 /// White acceleration of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner.
@@ -35,9 +36,16 @@ pub fn model(q: f64, white_variance_px2: f64, noise: f64) -> Result<ColouredMeas
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(noise: f64, frames: f64) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
-    let space =
-        |i: usize| Bending::new(model(KINKS[i], 1.0, noise)?, BENDS[i].0.powi(2), BENDS[i].1)?.state_space(frames);
+fn spaces(noise: f64, frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
+    let colour = if parts.has(Part::ColouredNoise) { noise } else { 0.0 };
+    let space = |i: usize| {
+        let i = if i == 2 && !parts.has(Part::Corners) { 1 } else { i };
+        let (kinks, (bend, bend_frames)) = match i {
+            1 if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
+            _ => (KINKS[i], BENDS[i]),
+        };
+        Bending::new(model(kinks, 1.0, colour)?, bend.powi(2), bend_frames)?.state_space(frames)
+    };
     Ok([space(0)?, space(1)?, space(2)?])
 }
 
@@ -46,6 +54,7 @@ fn spaces(noise: f64, frames: f64) -> Result<[StateSpace<4, 1>; 3], InvalidParam
 pub struct SeamFilter {
     imm: Imm<4, 3>,
     noise: f64,
+    parts: Parts,
     spaces: [StateSpace<4, 1>; 3],
 }
 
@@ -54,10 +63,10 @@ impl SeamFilter {
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2]) -> Result<Self, InvalidParameter> {
+    pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2], parts: Parts) -> Result<Self, InvalidParameter> {
         let diagonal = vector![variances[0], variances[1], START_ACCELERATION_VARIANCE, COLOUR_VARIANCE_PX2];
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], SMatrix::from_diagonal(&diagonal))?;
-        Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, spaces: spaces(1.0, 1.0)? })
+        Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, parts, spaces: spaces(1.0, 1.0, parts)? })
     }
 
     /// Sets the scale of the measurements' noise: 1 for plate edges with a raggedness of 0.6 px.
@@ -70,7 +79,7 @@ impl SeamFilter {
     /// # Errors
     /// When `frames` is not positive.
     pub fn predict(&mut self, frames: f64) -> Result<(), InvalidParameter> {
-        self.spaces = spaces(self.noise, frames)?;
+        self.spaces = spaces(self.noise, frames, self.parts)?;
         self.imm = self.imm.predict(&self.spaces);
         Ok(())
     }
@@ -87,8 +96,14 @@ impl SeamFilter {
     /// # Errors
     /// When the innovation's variance is not positive.
     pub fn nis(&self, u_px: f64, variance_px2: f64) -> Result<f64, InnovationNotPositive> {
-        let space = self.spaces[0].with_R(SMatrix::from_element(variance_px2));
+        let space = self.spaces[0].with_R(self.white(variance_px2));
         Ok(self.imm.nis(&space, &[Some(u_px)])?.unwrap_or(0.0))
+    }
+
+    /// R of a measurement: what is not coloured is white.
+    fn white(&self, variance_px2: f64) -> SMatrix<f64, 1, 1> {
+        let colour = if self.parts.has(Part::ColouredNoise) { 0.0 } else { self.noise * COLOUR_VARIANCE_PX2 };
+        SMatrix::from_element(variance_px2 + colour)
     }
 
     /// Takes in a measurement.
@@ -96,7 +111,7 @@ impl SeamFilter {
     /// # Errors
     /// When the innovation's variance is not positive.
     pub fn update(&mut self, u_px: f64, variance_px2: f64) -> Result<(), InnovationNotPositive> {
-        let spaces = self.spaces.map(|space| space.with_R(SMatrix::from_element(variance_px2)));
+        let spaces = self.spaces.map(|space| space.with_R(self.white(variance_px2)));
         self.imm = self.imm.update(&spaces, &[Some(u_px)], None)?.posterior;
         Ok(())
     }

@@ -2,10 +2,11 @@
 
 use super::GEOMETRY_VARIANCE_PX2;
 use super::judge::Judge;
-use super::sighting::Sighting;
+use super::part::{Part, Parts};
+use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{HALF_WINDOW_PX, JointFit, JointModel, Line, Refusal};
-use crate::tracker::estimate::KcfReading;
+use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal};
+use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
 use crate::units::PixelPoint;
 
 use super::LEAST_PSR_RATIO;
@@ -31,25 +32,32 @@ const SEARCH_BORDER_PX: usize = 10;
 #[derive(Debug, Clone)]
 pub struct GeometryEye {
     model: JointModel,
+    parts: Parts,
 }
 
 impl GeometryEye {
     /// Sees with `model`.
-    pub const fn new(model: JointModel) -> Self {
-        Self { model }
+    pub const fn new(model: JointModel, parts: Parts) -> Self {
+        Self { model, parts }
     }
 
     /// The best fit near the prediction, or near the KCF's peak where that is elsewhere; anywhere in the frame when
     /// the seam is lost.
-    pub fn look(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<(Sighting, JointFit), Refusal> {
+    pub fn look(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
         let fit = if judge.is_lost() { self.search(frame) } else { self.near(frame, judge, kcf) }?;
-        let sighting = Sighting {
+        Ok(self.sighting(fit))
+    }
+
+    /// What a fit shows.
+    pub fn sighting(&self, fit: JointFit) -> Sighting {
+        Sighting {
             centre: fit.centre,
             variance_px2: GEOMETRY_VARIANCE_PX2,
             clear: fit.is_clear(),
-            sides: Some(sides(&fit)),
-        };
-        Ok((sighting, fit))
+            evidence: evidence(&fit),
+            section: Some(section(&fit, self.model.half_window_px)),
+            fit: Some(fit),
+        }
     }
 
     /// Takes over what an accepted fit says.
@@ -57,7 +65,7 @@ impl GeometryEye {
         self.model.learn(fit);
     }
 
-    fn near(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Refusal> {
+    fn near(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Unsighted> {
         let (u_px, variance_px2) = judge.position();
         let extra_px = EXTRA_PER_STD * (variance_px2 - 1.0).max(0.0).sqrt();
         let search_px = SEARCH_PX + extra_px.min(MOST_EXTRA_PX);
@@ -77,7 +85,7 @@ impl GeometryEye {
         self.best(frame, places.into_iter().flatten(), search_px, badness)
     }
 
-    fn search(&self, frame: &GrayFrame) -> Result<JointFit, Refusal> {
+    fn search(&self, frame: &GrayFrame) -> Result<JointFit, Unsighted> {
         let columns = SEARCH_BORDER_PX..frame.width_px().saturating_sub(SEARCH_BORDER_PX);
         let places = columns.step_by(SEARCH_STEP_PX).flat_map(|u| SEARCH_SHIFTS_PX.map(|dv_px| (u as f64, dv_px)));
         let badness = |fit: &JointFit| fit.edges.map_or(fit.residual_px, |edges| edges.cost) - 0.2 * fit.support;
@@ -91,26 +99,53 @@ impl GeometryEye {
         places: impl Iterator<Item = (f64, f64)>,
         search_px: f64,
         badness: impl Fn(&JointFit) -> f64,
-    ) -> Result<JointFit, Refusal> {
+    ) -> Result<JointFit, Unsighted> {
         let mut best: Option<JointFit> = None;
-        let mut first_refusal = None;
+        let mut first_unsighted = None;
         for (u_px, dv_px) in places {
-            match self.model.fit(frame, u_px, dv_px, search_px).and_then(JointFit::judged) {
-                Ok(fit) if best.is_none_or(|other| badness(&fit) < badness(&other)) => best = Some(fit),
-                Ok(_) => {}
-                Err(refusal) => first_refusal = first_refusal.or(Some(refusal)),
-            }
+            let unsighted = match self.model.fit(frame, u_px, dv_px, search_px) {
+                Err(refusal) => refusal.into(),
+                Ok(fit) => match fit.refusal().filter(|_| self.parts.has(Part::FitGates)) {
+                    Some(refusal) => Unsighted { refusal, evidence: evidence(&fit) },
+                    None => {
+                        if best.is_none_or(|other| badness(&fit) < badness(&other)) {
+                            best = Some(fit);
+                        }
+                        continue;
+                    }
+                },
+            };
+            first_unsighted.get_or_insert(unsighted);
         }
-        best.ok_or(first_refusal.unwrap_or(Refusal::NoLine))
+        best.ok_or(first_unsighted.unwrap_or(Refusal::NoLine.into()))
     }
 }
 
-/// The sides' lines as far as they were fitted.
-fn sides(fit: &JointFit) -> [[PixelPoint; 2]; 2] {
+fn evidence(fit: &JointFit) -> Evidence {
+    Evidence {
+        support: Some(fit.support),
+        residual_px: Some(fit.residual_px),
+        cost: fit.edges.map(|edges| edges.cost),
+        margin: fit.edges.map(|edges| edges.margin),
+        presence: None,
+    }
+}
+
+/// The joint as it was fitted, out to the window's ends.
+fn section(fit: &JointFit, half_window_px: f64) -> CrossSection {
     let half_gap_px = fit.edges.map_or(0.0, |edges| 0.5 * edges.gap_px);
-    let point = |line: Line, du: f64| PixelPoint::new(fit.centre.u_px + du, line.at(du));
-    [
-        [point(fit.left, -HALF_WINDOW_PX), point(fit.left, -half_gap_px)],
-        [point(fit.right, half_gap_px), point(fit.right, HALF_WINDOW_PX)],
-    ]
+    let [left_shoulder, right_shoulder] = fit.shoulders();
+    let side = |flank: Line, plate: Option<Line>, shoulder: Option<PixelPoint>, sign: f64| {
+        let point = |line: Line, du: f64| PixelPoint::new(fit.centre.u_px + sign * du, line.at(sign * du));
+        let outer = if shoulder.is_some() { plate.unwrap_or(flank) } else { flank };
+        Side { outer: point(outer, half_window_px), shoulder, inner: point(flank, half_gap_px) }
+    };
+    CrossSection {
+        sides: [
+            side(fit.left, fit.plates[0], left_shoulder, -1.0),
+            side(fit.right, fit.plates[1], right_shoulder, 1.0),
+        ],
+        gap_px: fit.edges.map(|edges| edges.gap_px),
+        mismatch_px: fit.mismatch_px(),
+    }
 }

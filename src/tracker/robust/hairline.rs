@@ -1,9 +1,11 @@
 //! Sighting a hairline butt joint: evidence along the straightened stripe and a grid filter over it.
 
-use super::sighting::Sighting;
+use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::Refusal;
+use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineTracker, SeamPresence};
+use crate::units::PixelPoint;
 
 /// Least variance of a sighting \[px²\]. Chosen: as a geometry fit's.
 const LEAST_VARIANCE_PX2: f64 = 0.1;
@@ -21,17 +23,21 @@ impl HairlineEye {
     }
 
     /// What the frame shows, where the grid is sure that there is a seam and where.
-    pub fn look(&mut self, frame: &GrayFrame) -> Result<Sighting, Refusal> {
+    pub fn look(&mut self, frame: &GrayFrame) -> Result<Sighting, Unsighted> {
         let estimate = self.tracker.step(frame).ok_or(Refusal::NoLine)?;
+        let evidence = Evidence { presence: Some(estimate.grid.presence), ..Evidence::NONE };
+        let unsighted = |refusal| Unsighted { refusal, evidence };
         if estimate.presence != SeamPresence::Present {
-            return Err(Refusal::Presence);
+            return Err(unsighted(Refusal::Presence));
         }
-        let observation = estimate.observation.ok_or(Refusal::Support)?;
+        let observation = estimate.observation.ok_or(unsighted(Refusal::Support))?;
         Ok(Sighting {
-            centre: crate::units::PixelPoint::new(observation.u_px, estimate.seam.v_px),
+            centre: PixelPoint::new(observation.u_px, estimate.seam.v_px),
             variance_px2: observation.sd_px.powi(2).max(LEAST_VARIANCE_PX2),
             clear: true,
-            sides: None,
+            evidence,
+            section: None,
+            fit: None,
         })
     }
 }

@@ -5,7 +5,8 @@ use nalgebra::SMatrix;
 use super::GEOMETRY_VARIANCE_PX2;
 use super::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
 use super::judge::Measured;
-use crate::kalman::{ChiSquareGate, Frame, SeriesError, fit};
+use super::part::{Part, Parts};
+use crate::kalman::{ChiSquareGate, ColouredMeasurement, Frame, Gaussian, SeriesError, fit, smoother};
 
 /// σ above which a smoothed value is not given \[px\]: it bridges short gaps, not long absences.
 const LARGEST_STD_PX: f64 = 2.5;
@@ -13,15 +14,23 @@ const LARGEST_STD_PX: f64 = 2.5;
 /// The recording so far.
 #[derive(Debug, Default)]
 pub struct History {
+    parts: Parts,
     frames: Vec<Frame<1>>,
     /// For each frame of the recording, its place in `frames`: repeated frames share one.
     places: Vec<usize>,
+    /// Where in `frames` each joint begins.
+    starts: Vec<usize>,
     step: f64,
     /// Sum and number of the noise scales in use.
     noise: (f64, f64),
 }
 
 impl History {
+    /// Nothing yet.
+    pub fn new(parts: Parts) -> Self {
+        Self { parts, ..Self::default() }
+    }
+
     /// The next frame lies `frames` after the last.
     pub fn step(&mut self, frames: f64) {
         self.step = frames;
@@ -32,8 +41,9 @@ impl History {
         self.push(None);
     }
 
-    /// `measured` was accepted in it.
-    pub fn measured(&mut self, measured: Measured) {
+    /// A joint was found in it, at `measured`.
+    pub fn found(&mut self, measured: Measured) {
+        self.starts.push(self.frames.len());
         self.push(Some(measured));
     }
 
@@ -56,20 +66,42 @@ impl History {
         self.frames.push(Frame { dt_s: self.step.max(1e-6), z: [measured.map(|m| m.u_px)], R: variance });
     }
 
-    /// Position and its variance in each frame given all frames, its process noise by maximum likelihood.
-    pub fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
-        if self.frames.iter().all(|frame| frame.z[0].is_none()) {
-            return Ok(vec![None; self.places.len()]);
-        }
+    /// Position and its variance in each frame given all frames, or those up to `lag` after it, the process noise by
+    /// maximum likelihood. Each joint is smoothed by itself.
+    pub fn smoothed(&self, lag: Option<usize>) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
         let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
         let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, noise)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
-        let smoothed = fit::smooth_seam(&model, &self.frames, Some(ChiSquareGate::<1>::P99))?;
+        let mut states = vec![];
+        let ends = self.starts.iter().skip(1).copied().chain([self.frames.len()]);
+        for (start, end) in self.starts.iter().copied().zip(ends) {
+            states.resize(start, None);
+            states.extend(self.smoothed_joint(&model, &self.frames[start..end], lag)?);
+        }
+        states.resize(self.frames.len(), None);
         let at = |&place: &usize| {
-            let state = smoothed.states[place]?;
+            let state: Gaussian<3> = states[place]?;
             let variance = state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2;
             (variance.sqrt() < LARGEST_STD_PX).then_some((state.x[0], variance))
         };
         Ok(self.places.iter().map(at).collect())
+    }
+
+    fn smoothed_joint(
+        &self,
+        model: &ColouredMeasurement,
+        frames: &[Frame<1>],
+        lag: Option<usize>,
+    ) -> Result<Vec<Option<Gaussian<3>>>, SeriesError> {
+        let gate = Some(ChiSquareGate::<1>::P99);
+        match lag {
+            Some(lag) => fit::smooth_seam_lagged(model, frames, gate, lag),
+            None if self.parts.has(Part::SmootherFit) => Ok(fit::smooth_seam(model, frames, gate)?.states),
+            None => {
+                let run = fit::filter(model, frames, gate)?;
+                let states = smoother::bryson_frazier(&run.trajectory).into_iter().map(Some);
+                Ok(std::iter::repeat_n(None, run.first).chain(states).collect())
+            }
+        }
     }
 }

@@ -2,6 +2,7 @@
 //! is lost.
 
 use super::filter::{COLOUR_VARIANCE_PX2, SeamFilter, VIBRATION_VARIANCE_PX2};
+use super::part::{Part, Parts};
 use crate::tracker::TrackerError;
 
 /// NIS above which a sighting is refused, and above which it is used with an inflated R. Prototype.
@@ -61,6 +62,7 @@ pub struct Judge {
     unseen: u32,
     sightings: u32,
     lost: bool,
+    parts: Parts,
 }
 
 impl Judge {
@@ -68,9 +70,9 @@ impl Judge {
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn start(u_px: f64, variance_px2: f64) -> Result<Self, TrackerError> {
-        let filter = SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, 1.0])?;
-        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false })
+    pub fn start(u_px: f64, variance_px2: f64, parts: Parts) -> Result<Self, TrackerError> {
+        let filter = SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, 1.0], parts)?;
+        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false, parts })
     }
 
     /// Goes `frames` on, with the measurements' noise scaled by `noise`.
@@ -123,14 +125,16 @@ impl Judge {
         clear: bool,
     ) -> Result<(f64, Verdict), TrackerError> {
         let nis = self.filter.nis(u_px, variance_px2)?;
-        if nis <= REFUSE_NIS && !self.lost {
+        let believable = nis <= REFUSE_NIS || !self.parts.has(Part::InnovationGate);
+        if believable && !self.lost {
             self.unseen = 0;
             self.sightings += 1;
             return Ok((nis, Verdict::Taken(self.take(nis, u_px, variance_px2)?)));
         }
         self.refused.push(Refused { frame: now, u_px, clear });
-        if let Some((start_px, slope)) = self.agreement(now) {
-            self.filter = SeamFilter::start(start_px, slope, RESTART_VARIANCES)?;
+        let may_restart = self.lost || self.parts.has(Part::Reacquisition);
+        if let Some((start_px, slope)) = self.agreement(now).filter(|_| may_restart) {
+            self.filter = SeamFilter::start(start_px, slope, RESTART_VARIANCES, self.parts)?;
             self.refused.clear();
             self.lost = false;
             self.unseen = 0;
@@ -158,7 +162,8 @@ impl Judge {
     }
 
     fn take(&mut self, nis: f64, u_px: f64, variance_px2: f64) -> Result<Measured, TrackerError> {
-        let variance_px2 = variance_px2 * (nis / INFLATE_NIS).max(1.0);
+        let inflation = if self.parts.has(Part::InnovationGate) { (nis / INFLATE_NIS).max(1.0) } else { 1.0 };
+        let variance_px2 = variance_px2 * inflation;
         self.filter.update(u_px, variance_px2)?;
         Ok(Measured { u_px, variance_px2 })
     }
@@ -189,7 +194,7 @@ mod tests {
     const R_PX2: f64 = 0.1;
 
     fn settled() -> Judge {
-        let mut judge = Judge::start(100.0, R_PX2).unwrap();
+        let mut judge = Judge::start(100.0, R_PX2, Parts::default()).unwrap();
         for t in 1..40 {
             judge.predict(1.0, 1.0).unwrap();
             judge.sighted(f64::from(t), 100.0 + 0.5 * f64::from(t), R_PX2, true).unwrap();

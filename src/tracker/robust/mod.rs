@@ -8,6 +8,7 @@
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `judge`, `filter`, `noise`, `clock` | what a sighting is worth, and the estimate |
 //! | `history` | all that was accepted, for the smoother |
+//! | `part` | what an ablation takes away |
 
 mod classify;
 mod clock;
@@ -17,6 +18,7 @@ mod hairline;
 mod history;
 mod judge;
 mod noise;
+mod part;
 mod seed;
 mod seek;
 mod sighting;
@@ -28,12 +30,13 @@ use self::history::History;
 pub use self::judge::REFUSE_NIS;
 use self::judge::{Judge, Measured, Verdict};
 use self::noise::NoiseScale;
+pub use self::part::{Part, Parts};
 use self::seek::{Found, Seeker};
-use self::sighting::Sighting;
+use self::sighting::{Sighting, Unsighted};
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::{Follow, TrackerError};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointKind, Refusal};
+use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{MedianKernel, median};
 use crate::kcf::{Kcf, KcfSettings};
 use crate::units::PixelPoint;
@@ -49,6 +52,10 @@ pub struct RobustSettings {
     pub learning_rate: f64,
     /// PSR over its ceiling at which the template may learn.
     pub learn_psr_ratio: f64,
+    /// Frames that the smoother may look ahead; the whole recording when it is not given.
+    pub fixed_lag: Option<usize>,
+    /// The parts of the method; all of them but for an ablation.
+    pub parts: Parts,
 }
 
 impl Default for RobustSettings {
@@ -58,6 +65,8 @@ impl Default for RobustSettings {
             kcf: KcfSettings { window_width_px: 160, window_height_px: 96, label_sd_px: 3.5, ..KcfSettings::du_2022() },
             learning_rate: 0.03,
             learn_psr_ratio: 0.4,
+            fixed_lag: None,
+            parts: Parts::default(),
         }
     }
 }
@@ -82,15 +91,10 @@ enum Eye {
 }
 
 impl Eye {
-    fn look(
-        &mut self,
-        frame: &GrayFrame,
-        judge: &Judge,
-        kcf: &KcfReading,
-    ) -> Result<(Sighting, Option<JointFit>), Refusal> {
+    fn look(&mut self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
         match self {
-            Self::Geometry(eye) => eye.look(frame, judge, kcf).map(|(sighting, fit)| (sighting, Some(fit))),
-            Self::Hairline(eye) => eye.look(frame).map(|sighting| (sighting, None)),
+            Self::Geometry(eye) => eye.look(frame, judge, kcf),
+            Self::Hairline(eye) => eye.look(frame),
         }
     }
 }
@@ -118,7 +122,7 @@ pub struct RobustTracker {
     kcf: Kcf,
     seeker: Seeker,
     following: Option<Following>,
-    joint: Option<JointDecision>,
+    joints: Vec<JointDecision>,
     clock: Clock,
     history: History,
     noise: NoiseScale,
@@ -134,12 +138,12 @@ impl RobustTracker {
     pub fn new(settings: &RobustSettings) -> Result<Self, TrackerError> {
         Ok(Self {
             kcf: Kcf::new(settings.kcf)?,
-            seeker: Seeker::new(settings.joint),
+            seeker: Seeker::new(settings.joint, settings.parts),
             settings: settings.clone(),
             following: None,
-            joint: None,
+            joints: vec![],
             clock: Clock::default(),
-            history: History::default(),
+            history: History::new(settings.parts),
             noise: NoiseScale::default(),
             last: None,
             frame_number: 0,
@@ -147,105 +151,129 @@ impl RobustTracker {
     }
 
     fn seek(&mut self, frame: &GrayFrame) -> Result<Estimate, TrackerError> {
-        let status = if self.joint.is_some() { Status::Lost } else { Status::Seeking };
-        let (eye, centre, variance_px2, kind, reason) = match self.seeker.look(frame) {
+        let status = if self.joints.is_empty() { Status::Seeking } else { Status::Lost };
+        let (eye, sighting, kind, reason) = match self.seeker.look(frame) {
             Found::Nothing { stripe_seen } => {
                 self.history.nothing();
                 let observation = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
                 return Ok(Estimate { status, ..Estimate::seeking(observation) });
             }
             Found::Joint { seed, reason } => {
-                let (centre, kind) = (seed.fit.centre, seed.model.kind);
-                (Eye::Geometry(GeometryEye::new(seed.model)), centre, GEOMETRY_VARIANCE_PX2, kind, reason)
+                let (kind, eye) = (seed.model.kind, GeometryEye::new(seed.model, self.settings.parts));
+                let sighting = eye.sighting(seed.fit);
+                (Eye::Geometry(eye), sighting, kind, reason)
             }
-            Found::Hairline { tracker, centre, variance_px2, reason } => {
-                (Eye::Hairline(Box::new(HairlineEye::new(*tracker))), centre, variance_px2, JointKind::Butt, reason)
+            Found::Hairline { tracker, sighting, reason } => {
+                (Eye::Hairline(Box::new(HairlineEye::new(*tracker))), sighting, JointKind::Butt, reason)
             }
         };
+        let Sighting { centre, variance_px2, evidence, section, .. } = sighting;
         self.kcf.train(frame, centre);
-        self.history.measured(Measured { u_px: centre.u_px, variance_px2 });
+        self.history.found(Measured { u_px: centre.u_px, variance_px2 });
         self.noise = NoiseScale::default();
-        let judge = Judge::start(centre.u_px, variance_px2)?;
+        let judge = Judge::start(centre.u_px, variance_px2, self.settings.parts)?;
         let following = Following { eye, judge, v_px: centre.v_px, kcf_bias_px: 0.0 };
-        let seam = following.seam();
+        let seam = Some(following.seam());
         self.following = Some(following);
-        if self.joint.is_none() {
-            self.joint = Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason });
-        }
-        Ok(Estimate { status: Status::Tracked, seam: Some(seam), ..Estimate::seeking(Observation::Seed) })
+        self.joints.push(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason });
+        let seeking = Estimate::seeking(Observation::Seed);
+        Ok(Estimate { status: Status::Tracked, seam, evidence, section, ..seeking })
     }
 
     fn follow(&mut self, frame: &GrayFrame, frames: f64) -> Result<Estimate, TrackerError> {
-        let Some(following) = &mut self.following else { return self.seek(frame) };
-        let noise = self.noise.scale();
+        let Some(mut following) = self.following.take() else { return self.seek(frame) };
+        let noise = if self.settings.parts.has(Part::NoiseScale) { self.noise.scale() } else { 1.0 };
         following.judge.predict(frames, noise)?;
         let (predicted_u, _) = following.judge.position();
         let mut kcf = ask_kcf(&mut self.kcf, frame, PixelPoint::new(predicted_u, following.v_px));
         let mut estimate = Estimate::seeking(Observation::NoSeam);
         let measured = match following.eye.look(frame, &following.judge, &kcf) {
-            Ok((sighting, fit)) => {
-                let u_px = sighting.centre.u_px;
-                self.noise.push(fit.map(|_| u_px));
-                let variance_px2 = noise * sighting.variance_px2;
-                let (nis, verdict) = following.judge.sighted(self.clock.now(), u_px, variance_px2, sighting.clear)?;
-                estimate.nis = Some(nis);
-                let (observation, measured) = match verdict {
-                    Verdict::Taken(measured) => (Observation::Geometry, Some(measured)),
-                    Verdict::Restarted(measured) => (Observation::Reacquired, Some(measured)),
-                    Verdict::Refused => (Observation::Refused, None),
-                };
-                estimate.observation = observation;
-                if measured.is_some() {
-                    following.v_px = sighting.centre.v_px;
-                    estimate.sides = sighting.sides;
-                    if let (Eye::Geometry(eye), Some(fit)) = (&mut following.eye, &fit) {
-                        eye.learn(fit);
-                    }
-                    if kcf.psr_ratio >= self.settings.learn_psr_ratio {
-                        let (learned_u, _) = following.judge.position();
-                        following.kcf_bias_px += BIAS_RATE * (kcf.peak.u_px - u_px - following.kcf_bias_px);
-                        let centre = PixelPoint::new(learned_u, following.v_px);
-                        self.kcf.update(frame, centre, self.settings.learning_rate);
-                        kcf.template_updated = true;
-                    }
-                }
-                measured
-            }
-            Err(refusal) => {
-                self.noise.push(None);
-                estimate.observation = Observation::SightingRefused(refusal);
-                following.judge.missed();
-                let may_stand_in = matches!(following.eye, Eye::Geometry(_))
-                    && kcf.psr_ratio >= LEAST_PSR_RATIO
-                    && following.judge.unseen() <= KCF_ALONE_FRAMES
-                    && !following.judge.is_lost();
-                let mut measured = None;
-                if may_stand_in {
-                    let weakness = (FULL_PSR_RATIO / kcf.psr_ratio.min(FULL_PSR_RATIO)).powi(4);
-                    let u_px = kcf.peak.u_px - following.kcf_bias_px;
-                    let (nis, taken) = following.judge.stand_in(u_px, KCF_VARIANCE_PX2 * weakness)?;
-                    estimate.nis = Some(nis);
-                    if taken.is_some() {
-                        estimate.observation = Observation::Kcf;
-                    }
-                    measured = taken;
-                }
-                measured
-            }
+            Ok(sighting) => self.judge_sighting(&mut following, &sighting, noise, &mut estimate)?,
+            Err(unsighted) => self.do_without(&mut following, unsighted, &kcf, &mut estimate)?,
         };
+        let sighted = measured.is_some() && estimate.observation != Observation::Kcf;
+        if kcf.psr_ratio >= self.settings.learn_psr_ratio && (sighted || !self.settings.parts.has(Part::LearningGate)) {
+            let centre = following.seam().centre;
+            self.kcf.update(frame, centre, self.settings.learning_rate);
+            kcf.template_updated = true;
+        }
+        if let (true, true, Some(measured)) = (sighted, kcf.template_updated, measured) {
+            following.kcf_bias_px += BIAS_RATE * (kcf.peak.u_px - measured.u_px - following.kcf_bias_px);
+        }
         estimate.kcf = Some(kcf);
+        self.history.frame(measured, noise);
         if following.judge.is_lost() {
             estimate.status = Status::Lost;
-            if following.judge.should_give_up() {
-                self.following = None;
-                self.seeker = Seeker::new(self.settings.joint);
-            }
         } else {
             estimate.status = if measured.is_some() { Status::Tracked } else { Status::Coasting };
             estimate.seam = Some(following.seam());
         }
-        self.history.frame(measured, noise);
+        if following.judge.should_give_up() {
+            self.seeker = Seeker::new(self.settings.joint, self.settings.parts);
+        } else {
+            self.following = Some(following);
+        }
         Ok(estimate)
+    }
+
+    /// The frame shows the seam: it goes into the filter, or is refused.
+    fn judge_sighting(
+        &mut self,
+        following: &mut Following,
+        sighting: &Sighting,
+        noise: f64,
+        estimate: &mut Estimate,
+    ) -> Result<Option<Measured>, TrackerError> {
+        let u_px = sighting.centre.u_px;
+        self.noise.push(sighting.fit.map(|_| u_px));
+        let variance_px2 = noise * sighting.variance_px2;
+        let (nis, verdict) = following.judge.sighted(self.clock.now(), u_px, variance_px2, sighting.clear)?;
+        estimate.nis = Some(nis);
+        estimate.evidence = sighting.evidence;
+        let (observation, measured) = match verdict {
+            Verdict::Taken(measured) => (Observation::Geometry, Some(measured)),
+            Verdict::Restarted(measured) => (Observation::Reacquired, Some(measured)),
+            Verdict::Refused => (Observation::Refused, None),
+        };
+        estimate.observation = observation;
+        if measured.is_some() {
+            following.v_px = sighting.centre.v_px;
+            estimate.section = sighting.section;
+            if let (Eye::Geometry(eye), Some(fit)) = (&mut following.eye, &sighting.fit) {
+                eye.learn(fit);
+            }
+        }
+        Ok(measured)
+    }
+
+    /// The frame shows no seam to be trusted: the correlation filter may stand in for a while.
+    fn do_without(
+        &mut self,
+        following: &mut Following,
+        unsighted: Unsighted,
+        kcf: &KcfReading,
+        estimate: &mut Estimate,
+    ) -> Result<Option<Measured>, TrackerError> {
+        self.noise.push(None);
+        estimate.observation = Observation::SightingRefused(unsighted.refusal);
+        estimate.evidence = unsighted.evidence;
+        following.judge.missed();
+        let may_stand_in = matches!(following.eye, Eye::Geometry(_))
+            && self.settings.parts.has(Part::KcfStandIn)
+            && kcf.psr_ratio >= LEAST_PSR_RATIO
+            && following.judge.unseen() <= KCF_ALONE_FRAMES
+            && !following.judge.is_lost();
+        if !may_stand_in {
+            return Ok(None);
+        }
+        let weakness = (FULL_PSR_RATIO / kcf.psr_ratio.min(FULL_PSR_RATIO)).powi(4);
+        let u_px = kcf.peak.u_px - following.kcf_bias_px;
+        let (nis, taken) = following.judge.stand_in(u_px, KCF_VARIANCE_PX2 * weakness)?;
+        estimate.nis = Some(nis);
+        if taken.is_some() {
+            estimate.observation = Observation::Kcf;
+        }
+        Ok(taken)
     }
 }
 
@@ -274,8 +302,8 @@ impl Follow for RobustTracker {
         }
         let frames = self.clock.tick(time_s);
         self.history.step(frames);
-        let frame = &median(frame, MedianKernel::Three)?;
-        let estimate = self.follow(frame, frames)?;
+        let kernel = if self.settings.parts.has(Part::Median) { MedianKernel::Three } else { MedianKernel::Off };
+        let estimate = self.follow(&median(frame, kernel)?, frames)?;
         self.last = Some(estimate);
         Ok(estimate)
     }
@@ -294,10 +322,10 @@ impl Follow for RobustTracker {
     }
 
     fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
-        Ok(self.history.smoothed()?)
+        Ok(self.history.smoothed(self.settings.fixed_lag)?)
     }
 
-    fn joint(&self) -> Option<&JointDecision> {
-        self.joint.as_ref()
+    fn joints(&self) -> &[JointDecision] {
+        &self.joints
     }
 }

@@ -25,6 +25,8 @@ const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
 const CLEAR_SUPPORT: f64 = 0.7;
+/// Support above which a groove with both its shoulders needs none either.
+const COMPLETE_SUPPORT: f64 = 0.4;
 
 /// A joint found in a frame.
 #[derive(Debug, Clone)]
@@ -35,7 +37,7 @@ pub struct Seed {
     pub fit: JointFit,
     /// So clear that no second frame need confirm it, if nothing but the stripe shines in this one.
     pub clear: bool,
-    /// The user said so.
+    /// Beyond doubt: the user said so, or all of a groove is seen.
     pub certain: bool,
 }
 
@@ -103,9 +105,12 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
 /// Learns the cross-section round `place` and fits it there.
 fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed> {
     let mut model = learn(frame, place, kind)?;
-    let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok()?.judged().ok()?;
+    let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
-    Some(Seed { clear: fit.is_clear() && fit.support > CLEAR_SUPPORT, certain: false, model, fit })
+    let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
+    // Plate, shoulder, flank, flank, shoulder, plate: no spatter looks like that.
+    let certain = fit.support > COMPLETE_SUPPORT && fit.shoulders().iter().all(Option::is_some);
+    Some(Seed { clear, certain, model, fit })
 }
 
 /// The strongest bends of the centreline, and where its root is open.
@@ -151,12 +156,14 @@ fn strongest(line: &Centreline, margin_px: usize, strength: impl Fn(usize) -> Op
     peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(line, u - 2..u + 3)?)))).collect()
 }
 
-/// The middles of breaks of the centreline that may be the open root of a groove.
+/// The middles of the widest breaks of the centreline that may be the open root of a groove.
 fn open_roots(line: &Centreline) -> Vec<PixelPoint> {
     let points: Vec<(usize, f32)> = (0..line.v_px.len()).filter_map(|u| line.at(u).map(|v| (u, v))).collect();
-    let broken = points.windows(2).filter(|pair| OPEN_ROOT_PX.contains(&(pair[1].0 - pair[0].0)));
+    let width = |pair: &&[(usize, f32)]| pair[1].0 - pair[0].0;
+    let mut broken: Vec<_> = points.windows(2).filter(|pair| OPEN_ROOT_PX.contains(&width(pair))).collect();
+    broken.sort_by_key(|pair| std::cmp::Reverse(width(pair)));
     let middle = |pair: &[(usize, f32)]| {
         PixelPoint::new(0.5 * (pair[0].0 + pair[1].0) as f64, 0.5 * f64::from(pair[0].1 + pair[1].1))
     };
-    broken.map(middle).take(MOST_CORNERS).collect()
+    broken.into_iter().map(middle).take(MOST_CORNERS).collect()
 }

@@ -3,10 +3,13 @@
 use std::collections::VecDeque;
 
 use super::classify;
+use super::part::{Part, Parts};
 use super::seed::{self, Seed};
+use super::sighting::Sighting;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
+use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 use crate::units::PixelPoint;
 
@@ -50,9 +53,7 @@ pub enum Found {
         /// The tracker that found it.
         tracker: Box<HairlineTracker>,
         /// Its place.
-        centre: PixelPoint,
-        /// Variance of the place along the stripe \[px²\].
-        variance_px2: f64,
+        sighting: Sighting,
         /// Why it is one.
         reason: String,
     },
@@ -61,6 +62,7 @@ pub enum Found {
 /// Looks for joints of one kind, or of all.
 pub struct Seeker {
     kind: Option<JointKind>,
+    parts: Parts,
     asked: Option<PixelPoint>,
     /// The seeds of the last frames, the newest last.
     recent: VecDeque<Vec<Seed>>,
@@ -73,9 +75,10 @@ pub struct Seeker {
 
 impl Seeker {
     /// Looks for `kind`, or for any.
-    pub fn new(kind: Option<JointKind>) -> Self {
+    pub fn new(kind: Option<JointKind>, parts: Parts) -> Self {
         Self {
             kind,
+            parts,
             asked: None,
             recent: VecDeque::new(),
             untouched: true,
@@ -92,7 +95,7 @@ impl Seeker {
 
     /// Looks at the next frame.
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
-        let line = match stripe_path(frame) {
+        let line = match stripe_path(frame).filter(|_| self.parts.has(Part::StripePath)) {
             Some(path) => extract_along(frame, &CentrelineSettings::default(), &path),
             None => extract_centreline(frame, &CentrelineSettings::default()),
         };
@@ -113,8 +116,14 @@ impl Seeker {
         {
             return Found::Hairline {
                 tracker: Box::new(std::mem::take(&mut self.hairline)),
-                centre: estimate.seam,
-                variance_px2: estimate.grid.sd_px.powi(2),
+                sighting: Sighting {
+                    centre: estimate.seam,
+                    variance_px2: estimate.grid.sd_px.powi(2),
+                    clear: true,
+                    evidence: Evidence { presence: Some(estimate.grid.presence), ..Evidence::NONE },
+                    section: None,
+                    fit: None,
+                },
                 reason: "one straight stripe with a hairline break that moves as a seam does".into(),
             };
         }
@@ -131,7 +140,10 @@ impl Seeker {
             let frames = self.recent.iter().rev().enumerate();
             frames.filter(|(age, others)| others.iter().any(|other| agree(seed, other, *age))).count()
         };
-        let certain = |seed: &Seed| seed.certain || (seed.clear && before_arc) || agreeing(seed) >= AGREEING_SEEDS;
+        let certain = |seed: &Seed| {
+            let sure = seed.certain || (seed.clear && before_arc) || agreeing(seed) >= AGREEING_SEEDS;
+            sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, other))
+        };
         let found = seeds.into_iter().find(certain)?;
         self.recent.clear();
         Some(found)
@@ -153,6 +165,13 @@ fn agree(seed: &Seed, before: &Seed, age: usize) -> bool {
     seed.model.kind == before.model.kind
         && (seed.fit.centre.u_px - before.fit.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
         && (gap_px(seed) - gap_px(before)).abs() < GAP_AGREEMENT_PX
+}
+
+/// Whether what `seed` takes for its gap is a groove between its edges, as `other` has it.
+fn is_groove_between(seed: &Seed, other: &Seed) -> bool {
+    let Some(edges) = seed.fit.edges else { return false };
+    let away_px = (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
+    other.model.plates.is_some() && away_px < edges.gap_px.max(GAP_AGREEMENT_PX)
 }
 
 /// Whether nothing but the stripe shines.

@@ -1,5 +1,7 @@
 //! One frame's own view of the seam.
 
+use crate::imgproc::geometry::{JointFit, Refusal};
+use crate::tracker::estimate::{CrossSection, Evidence};
 use crate::units::PixelPoint;
 
 /// Where a frame shows the seam, and how well.
@@ -11,6 +13,25 @@ pub struct Sighting {
     pub variance_px2: f64,
     /// So good that it needs no second one beside it.
     pub clear: bool,
-    /// The stripe's lines before and behind the seam, each by its two ends.
-    pub sides: Option<[[PixelPoint; 2]; 2]>,
+    /// What it rests on.
+    pub evidence: Evidence,
+    /// The joint as it was seen.
+    pub section: Option<CrossSection>,
+    /// The stripe's geometry, where the seam was sighted by it.
+    pub fit: Option<JointFit>,
+}
+
+/// A frame that shows no seam to be trusted.
+#[derive(Debug, Clone, Copy)]
+pub struct Unsighted {
+    /// Why.
+    pub refusal: Refusal,
+    /// What was seen nevertheless.
+    pub evidence: Evidence,
+}
+
+impl From<Refusal> for Unsighted {
+    fn from(refusal: Refusal) -> Self {
+        Self { refusal, evidence: Evidence::NONE }
+    }
 }
