@@ -36,6 +36,11 @@ const ROOT_PX: f64 = 5.0;
 const ROOT_DEPTH_PX: f64 = 5.0;
 /// Distance from its line at which a column leaves a side \[px\], in the smallest window: long flanks bow.
 const INLIER_PX: f64 = 1.8;
+/// A plain stripe lies on one line in this share of the columns, and without a break of this length in the stretch
+/// where the joint should be \[px\]. Chosen: narrower breaks are speckle.
+const PLAIN_SHARE: f64 = 0.85;
+const PLAIN_BREAK_PX: f64 = 4.0;
+const PLAIN_REACH_PX: f64 = 20.0;
 /// Fewest columns of a side.
 const LEAST_COLUMNS: usize = 8;
 /// Range of stripe SDs \[px\].
@@ -116,6 +121,22 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
         toe_px,
         fits: 0,
     })
+}
+
+/// Whether the stripe goes straight through at `place`, seen in nearly every column: there is no joint.
+#[must_use]
+pub fn is_plain(frame: &GrayFrame, place: PixelPoint, half_window_px: f64) -> bool {
+    let peaks = peaks(frame, place, half_window_px);
+    let Some(line) = consensus_line(&peaks, INLIER_PX) else { return false };
+    let on_line: Vec<f64> =
+        peaks.iter().filter(|p| (p.v_px - line.at(p.du_px)).abs() < INLIER_PX).map(|p| p.du_px).collect();
+    let columns = columns(frame, place.u_px, half_window_px).len();
+    let unbroken = |reach_px: f64| {
+        let near: Vec<f64> = on_line.iter().copied().filter(|du| du.abs() <= reach_px).collect();
+        let reaches = near.first().zip(near.last()).is_some_and(|(a, b)| b - a > 2.0 * reach_px - PLAIN_BREAK_PX);
+        reaches && near.windows(2).all(|pair| pair[1] - pair[0] < PLAIN_BREAK_PX)
+    };
+    on_line.len() as f64 >= PLAIN_SHARE * columns as f64 && unbroken(PLAIN_REACH_PX)
 }
 
 /// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.

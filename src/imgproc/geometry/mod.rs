@@ -10,7 +10,7 @@ mod learn;
 mod line;
 mod ridge;
 
-pub use learn::learn;
+pub use learn::{is_plain, learn};
 pub use line::Line;
 
 use crate::frame::GrayFrame;
@@ -128,6 +128,8 @@ pub enum Refusal {
     Residual,
     /// It is open whether there is a seam here at all (hairline).
     Presence,
+    /// The stripe goes straight through: the joint has ended, or is filled.
+    Plain,
 }
 
 impl Refusal {
@@ -143,6 +145,7 @@ impl Refusal {
             Self::Margin => "margin",
             Self::Residual => "residual",
             Self::Presence => "presence",
+            Self::Plain => "plain",
         }
     }
 }

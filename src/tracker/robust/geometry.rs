@@ -5,7 +5,7 @@ use super::judge::Judge;
 use super::part::{Part, Parts};
 use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal};
+use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
 use crate::units::PixelPoint;
 
@@ -58,6 +58,11 @@ impl GeometryEye {
             section: Some(section(&fit, self.model.half_window_px)),
             fit: Some(fit),
         }
+    }
+
+    /// Whether the stripe goes straight through at `place`.
+    pub fn sees_plain_stripe(&self, frame: &GrayFrame, place: PixelPoint) -> bool {
+        is_plain(frame, place, self.model.half_window_px)
     }
 
     /// Takes over what an accepted fit says.

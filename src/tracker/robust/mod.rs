@@ -36,7 +36,7 @@ use self::sighting::{Sighting, Unsighted};
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::{Follow, TrackerError};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::JointKind;
+use crate::imgproc::geometry::{JointKind, Refusal};
 use crate::imgproc::{MedianKernel, median};
 use crate::kcf::{Kcf, KcfSettings};
 use crate::units::PixelPoint;
@@ -84,6 +84,9 @@ const KCF_ALONE_FRAMES: u32 = 6;
 /// Rate at which the KCF's bias against the sightings is learned.
 const BIAS_RATE: f64 = 0.05;
 
+/// Frames with a plain stripe in place of the joint after which the joint has ended. Chosen: a tack weld is shorter.
+const ENDED_AFTER: u32 = 5;
+
 /// How the seam is sighted.
 enum Eye {
     Geometry(GeometryEye),
@@ -107,9 +110,19 @@ struct Following {
     v_px: f64,
     /// Mean difference of KCF peak and sighting \[px\].
     kcf_bias_px: f64,
+    /// Frames since the last sighting in which the stripe went straight through.
+    plain_frames: u32,
 }
 
 impl Following {
+    /// Whether the stripe goes straight through where the joint should be; counts such frames.
+    fn sees_plain_stripe(&mut self, frame: &GrayFrame) -> bool {
+        let place = self.seam().centre;
+        let plain = matches!(&self.eye, Eye::Geometry(eye) if eye.sees_plain_stripe(frame, place));
+        self.plain_frames += u32::from(plain);
+        plain
+    }
+
     fn seam(&self) -> SeamEstimate {
         let (u_px, _) = self.judge.position();
         SeamEstimate { centre: PixelPoint::new(u_px, self.v_px), std_px: self.judge.std_px() }
@@ -172,7 +185,7 @@ impl RobustTracker {
         self.history.found(Measured { u_px: centre.u_px, variance_px2 });
         self.noise = NoiseScale::default();
         let judge = Judge::start(centre.u_px, variance_px2, self.settings.parts)?;
-        let following = Following { eye, judge, v_px: centre.v_px, kcf_bias_px: 0.0 };
+        let following = Following { eye, judge, v_px: centre.v_px, kcf_bias_px: 0.0, plain_frames: 0 };
         let seam = Some(following.seam());
         self.following = Some(following);
         self.joints.push(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason });
@@ -189,6 +202,13 @@ impl RobustTracker {
         let mut estimate = Estimate::seeking(Observation::NoSeam);
         let measured = match following.eye.look(frame, &following.judge, &kcf) {
             Ok(sighting) => self.judge_sighting(&mut following, &sighting, noise, &mut estimate)?,
+            Err(unsighted) if following.sees_plain_stripe(frame) => {
+                self.noise.push(None);
+                following.judge.missed();
+                estimate.observation = Observation::SightingRefused(Refusal::Plain);
+                estimate.evidence = unsighted.evidence;
+                None
+            }
             Err(unsighted) => self.do_without(&mut following, unsighted, &kcf, &mut estimate)?,
         };
         let sighted = measured.is_some() && estimate.observation != Observation::Kcf;
@@ -202,13 +222,14 @@ impl RobustTracker {
         }
         estimate.kcf = Some(kcf);
         self.history.frame(measured, noise);
-        if following.judge.is_lost() {
+        let has_ended = following.plain_frames >= ENDED_AFTER;
+        if has_ended || following.judge.is_lost() {
             estimate.status = Status::Lost;
         } else {
             estimate.status = if measured.is_some() { Status::Tracked } else { Status::Coasting };
             estimate.seam = Some(following.seam());
         }
-        if following.judge.should_give_up() {
+        if has_ended || following.judge.should_give_up() {
             self.seeker = Seeker::new(self.settings.joint, self.settings.parts);
         } else {
             self.following = Some(following);
@@ -238,6 +259,7 @@ impl RobustTracker {
         estimate.observation = observation;
         if measured.is_some() {
             following.v_px = sighting.centre.v_px;
+            following.plain_frames = 0;
             estimate.section = sighting.section;
             if let (Eye::Geometry(eye), Some(fit)) = (&mut following.eye, &sighting.fit) {
                 eye.learn(fit);
