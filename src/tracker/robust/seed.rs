@@ -25,8 +25,9 @@ const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
 const CLEAR_SUPPORT: f64 = 0.7;
-/// Support above which a groove with both its shoulders needs none either.
-const COMPLETE_SUPPORT: f64 = 0.4;
+/// Columns on each flank of a groove with both its shoulders that make it certain in any frame \[px\]. Chosen: crossing
+/// spatters make small grooves, of 30 px at most.
+const COMPLETE_FLANK_PX: f64 = 50.0;
 
 /// A joint found in a frame.
 #[derive(Debug, Clone)]
@@ -108,8 +109,9 @@ fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed>
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
     let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
-    // Plate, shoulder, flank, flank, shoulder, plate: no spatter looks like that.
-    let certain = fit.support > COMPLETE_SUPPORT && fit.shoulders().iter().all(Option::is_some);
+    // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
+    let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
+    let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
     Some(Seed { clear, certain, model, fit })
 }
 

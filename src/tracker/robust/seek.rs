@@ -32,7 +32,7 @@ const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
 /// Frames for which the hairline's place must have been straight.
-const HAIRLINE_FRAMES: u32 = 4;
+const HAIRLINE_FRAMES: u32 = 2;
 
 /// What a frame brought.
 pub enum Found {
