@@ -1,0 +1,87 @@
+//! One frame in, one measure out.
+
+use super::cv::{SegmentationError, Segmenter};
+use super::grey::Stretched;
+use super::pool::{Pool, Threshold};
+use super::refusal::Refusal;
+use super::tip::TipMeter;
+use super::travel::Turned;
+use super::width::WidthMeter;
+use super::Measure;
+use crate::frame::IntensityFrame;
+use crate::units::{PixelPoint, Travel};
+
+/// What was measured in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    /// The tip's image coordinate across the travel, or the pool's width \[px\].
+    pub value_px: f64,
+    /// Where in the image: the tip twice, or the two ends of the width.
+    pub ends: [PixelPoint; 2],
+}
+
+/// Measures frames of one recording; its buffers are made once.
+#[derive(Debug)]
+pub struct Meter {
+    measure: Measure,
+    travel: Travel,
+    threshold: Threshold,
+    size_px: (usize, usize),
+    picture: Turned,
+    stretched: Stretched,
+    segmenter: Segmenter,
+    pool: Pool,
+    tip: TipMeter,
+    width: WidthMeter,
+}
+
+impl Meter {
+    /// A meter of one quantity.
+    #[must_use]
+    pub fn new(measure: Measure, travel: Travel, threshold: Threshold) -> Self {
+        Self {
+            measure,
+            travel,
+            threshold,
+            size_px: (0, 0),
+            picture: Turned::default(),
+            stretched: Stretched::default(),
+            segmenter: Segmenter::new(),
+            pool: Pool::default(),
+            tip: TipMeter::default(),
+            width: WidthMeter::default(),
+        }
+    }
+
+    /// Measures a frame, or says why it cannot be measured.
+    ///
+    /// # Errors
+    /// When OpenCV refuses the frame, for example for want of memory.
+    pub fn measure(&mut self, frame: &IntensityFrame) -> Result<Result<Measured, Refusal>, SegmentationError> {
+        self.size_px = (frame.width_px(), frame.height_px());
+        self.picture.set(frame, self.travel);
+        self.stretched.set(&self.picture);
+        self.pool.outline.clear();
+        if let Err(refusal) =
+            self.pool.find(&self.picture, &self.stretched, &mut self.segmenter, self.threshold)?
+        {
+            return Ok(Err(refusal));
+        }
+        let in_image = |point| self.travel.image_from_turned(point, self.size_px);
+        Ok(match self.measure {
+            Measure::Tip => self.tip.measure(&self.picture, &self.pool).map(|tip| {
+                let corner = in_image(tip.corner);
+                Measured { value_px: tip.corner[0], ends: [corner, corner] }
+            }),
+            Measure::Width => self
+                .width
+                .measure(&self.picture, &self.pool)
+                .map(|width| Measured { value_px: width.width_px, ends: width.ends.map(in_image) }),
+        })
+    }
+
+    /// The outline of the region that the last frame's pool was taken for, in the image; empty when there was none.
+    pub fn outline(&self) -> impl Iterator<Item = PixelPoint> + '_ {
+        self.pool.outline.iter().map(|&point| self.travel.image_from_turned(point, self.size_px))
+    }
+}
