@@ -23,7 +23,7 @@ const EDGE_CONTRAST: f32 = 0.25;
 const EDGE_SHARE: f64 = 0.4;
 /// Times a region without an edge is split again: a plume may be what Otsu separates first, the pool second.
 const SPLITS: usize = 2;
-/// Frames whose shorter side is longer than this are opened over 5 px, smaller ones over 3 px. Chosen: sparks and
+/// Frames whose shorter side is longer than this are opened over 7 px, smaller ones over 3 px. Chosen: sparks and
 /// glints are a few pixels wide.
 const LARGE_FRAME_PX: usize = 128;
 
@@ -44,6 +44,8 @@ pub(super) struct Pool {
     pub(super) area_px2: f64,
     /// How far rays across the outline reach \[px\].
     pub(super) reach_px: usize,
+    /// Least contrast of what counts as the pool's edge.
+    pub(super) least_edge: f32,
 }
 
 impl Pool {
@@ -70,14 +72,15 @@ impl Pool {
             if contrast < LEAST_CONTRAST.max(LEAST_CONTRAST_OVER_NOISE * stretched.noise) {
                 return Ok(Err(if split == 0 { Refusal::NoPool } else { Refusal::NoEdge }));
             }
-            let opening_px = if picture.width.min(picture.height) > LARGE_FRAME_PX { 5 } else { 3 };
+            let opening_px = if picture.width.min(picture.height) > LARGE_FRAME_PX { 7 } else { 3 };
             self.area_px2 =
                 segmenter.largest(&stretched.grey, picture.width, level, opening_px, &mut self.outline)?;
             if self.area_px2 < LEAST_AREA_PX2.max(LEAST_AREA_SHARE * picture.light.len() as f64) {
                 return Ok(Err(Refusal::NoPool));
             }
             self.reach_px = reach_px(self.area_px2);
-            if self.edge_share(picture, EDGE_CONTRAST * contrast) >= EDGE_SHARE {
+            self.least_edge = EDGE_CONTRAST * contrast;
+            if self.edge_share(picture) >= EDGE_SHARE {
                 return Ok(Ok(()));
             }
             if let Threshold::Fixed(_) = threshold {
@@ -108,8 +111,8 @@ impl Pool {
         })
     }
 
-    /// Part of the outline inside the picture that has an edge of at least `contrast`.
-    fn edge_share(&self, picture: &Turned, contrast: f32) -> f64 {
+    /// Part of the outline inside the picture that has an edge.
+    fn edge_share(&self, picture: &Turned) -> f64 {
         let (right, bottom) = ((picture.width - 1) as f64, (picture.height - 1) as f64);
         let step = (self.outline.len() / 64).max(1);
         let arm = self.reach_px.min(self.outline.len() / 4).max(1);
@@ -121,7 +124,7 @@ impl Pool {
             }
             inside += 1;
             let found = edge(picture, point, self.normal(index, arm), self.reach_px);
-            with_edge += usize::from(found.is_some_and(|edge| edge.contrast >= contrast));
+            with_edge += usize::from(found.is_some_and(|edge| edge.contrast >= self.least_edge));
         }
         if inside == 0 { 0.0 } else { f64::from(with_edge as u32) / f64::from(inside) }
     }

@@ -16,10 +16,10 @@ const LEAST_SCALE_PX: f64 = 0.05;
 pub(super) struct Line {
     pub(super) normal: Vector2<f64>,
     pub(super) distance: f64,
-    centre: Vector2<f64>,
+    pub(super) centre: Vector2<f64>,
     /// Residual variance \[px²\], number of points by weight, and their spread along the line \[px²\].
-    variance: f64,
-    weight: f64,
+    pub(super) variance: f64,
+    pub(super) weight: f64,
     spread: f64,
 }
 
@@ -81,6 +81,10 @@ impl Line {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Parabola {
     pub(super) coefficients: Vector3<f64>,
+    /// Residual variance, number of points by weight, and their spread in t.
+    pub(super) variance: f64,
+    pub(super) weight: f64,
+    spread: f64,
 }
 
 impl Parabola {
@@ -90,22 +94,39 @@ impl Parabola {
         let mut fit: Option<(Self, f64)> = None;
         for _ in 0..ROUNDS {
             let (mut normal, mut right, mut sum) = (Matrix3::zeros(), Vector3::zeros(), 0.0);
+            let mut squares = 0.0;
             for &[t, value] in points {
                 let weight = fit.map_or(1.0, |(p, scale): (Self, f64)| tukey((value - p.at(t)) / scale));
                 let row = Vector3::new(1.0, t, t * t);
                 normal += weight * row * row.transpose();
                 right += weight * value * row;
                 sum += weight;
+                squares += weight * value * value;
             }
             if sum < 3.0 {
                 return None;
             }
-            let parabola = Self { coefficients: normal.cholesky()?.solve(&right) };
+            let coefficients = normal.cholesky()?.solve(&right);
+            let variance = (squares - coefficients.dot(&right)).max(0.0) / (sum - 2.0).max(1.0);
+            let spread = normal[(1, 1)] - normal[(0, 1)].powi(2) / sum;
+            let parabola = Self { coefficients, variance, weight: sum, spread };
             residuals.clear();
             residuals.extend(points.iter().map(|&[t, value]| (value - parabola.at(t)).abs()));
             fit = Some((parabola, scale(residuals).max(least_scale)));
         }
         fit.map(|(parabola, _)| parabola)
+    }
+
+    /// Where the parabola turns; none when it is a straight line.
+    pub(super) fn vertex(&self) -> Option<f64> {
+        let c = &self.coefficients;
+        (c[2] != 0.0).then(|| -0.5 * c[1] / c[2])
+    }
+
+    /// Variance of the vertex's place near the points' middle. `correlation` neighbours count as one.
+    pub(super) fn vertex_variance(&self, correlation: f64) -> f64 {
+        let variance = self.variance.max(LEAST_SCALE_PX * LEAST_SCALE_PX);
+        correlation * variance / (4.0 * self.coefficients[2].powi(2) * self.spread.max(f64::MIN_POSITIVE))
     }
 
     /// The value at `t`.

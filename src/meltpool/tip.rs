@@ -1,29 +1,43 @@
 //! The pool's tip: the corner that protrudes at its front, where the seam is.
 //!
 //! The outline turns most sharply there. The corner is not the foremost pixel, which noise and a slanting front move,
-//! but where the two flanks meet: straight lines fitted to their edges, over as much of them as is straight.
+//! but where the two flanks meet: straight lines fitted to their edges, over as much of them as is straight. A blunt
+//! tip has no straight flanks; there it is the top of a parabola.
 
 use nalgebra::{Matrix2, Vector2};
 
 use super::edge::edge;
 use super::pool::Pool;
 use super::refusal::{Border, Refusal};
-use super::robust::Line;
+use super::robust::{Line, Parabola};
 use super::travel::Turned;
 
 /// Arms that the turning is measured over, as a part of the pool's mean diameter, and their bounds \[px\]. Chosen: longer
 /// than the raggedness, shorter than the front.
 const ARM_PART: f64 = 0.15;
 const ARM_PX: (f64, f64) = (4.0, 30.0);
-/// Least turning of a corner \[rad\]. Chosen: a circle turns by 10° over these arms, an ellipse twice as long as wide by
-/// 28° at its end.
-const LEAST_TURNING_RAD: f64 = 20.0 * std::f64::consts::PI / 180.0;
+/// Least turning of the outline at a candidate \[rad\]. Chosen: a circle turns by 9° over these arms, and raggedness
+/// adds as much.
+const CANDIDATE_RAD: f64 = 15.0 * std::f64::consts::PI / 180.0;
 /// Corners that turn at least this part of the sharpest one are candidates; the foremost of them is the tip. Chosen.
 const CANDIDATE_PART: f64 = 0.6;
+/// Least angle between the fitted flanks, half an arm before and behind the tip \[rad\]. Chosen: a circle bends by 17°
+/// there, an ellipse 1.7 times as long as wide by 38° at its end.
+const LEAST_BEND_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
 /// A tip points forwards within 60° of the travel; chosen: the seam lies in front of the pool.
 const LEAST_FORWARD: f64 = 0.5;
-/// Lengths of flank that are tried, in arms; chosen. The one that places the corner best is taken.
-const FLANKS: [f64; 6] = [0.5, 0.75, 1.0, 1.5, 2.0, 3.0];
+/// Lengths of flank that are tried, in arms; chosen. Of those that are as straight as the straightest, the one that
+/// places the tip best is taken.
+const FLANKS: [f64; 7] = [0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0];
+/// As straight: a residual deviation within this factor of the smallest, or of the least that matters \[px\]; chosen.
+const AS_STRAIGHT: f64 = 1.4;
+const STRAIGHT_PX: f64 = 0.15;
+/// Least part of a flank's points that its fit must hold on to; chosen: a flank with a kink loses more.
+const LEAST_WEIGHT: f64 = 0.6;
+/// Farthest reach of a ray across a flank \[px\]; chosen: beyond it lies the other flank.
+const FLANK_REACH_PX: usize = 3;
+/// The flanks begin so far from the apex \[px\]; chosen: the optics round the corner off there.
+const GAP_PX: usize = 2;
 /// Neighbouring edges that err alike \[px\]; chosen: their rays overlap.
 const CORRELATION_PX: f64 = 4.0;
 /// How far the flanks may meet from the sharpest pixel, in arms; chosen.
@@ -35,9 +49,21 @@ pub(super) struct Tip {
     pub(super) corner: [f64; 2],
 }
 
+/// A place for the tip.
+#[derive(Debug, Clone, Copy)]
+struct Fit {
+    place: Vector2<f64>,
+    /// Variance across the travel \[px²\].
+    variance: f64,
+    residual_px: f64,
+    bend_rad: f64,
+}
+
 /// Buffers of the measurement.
 #[derive(Debug, Default)]
 pub(super) struct TipMeter {
+    fits: Vec<Fit>,
+    front: Vec<[f64; 2]>,
     sums: Vec<Vector2<f64>>,
     turnings: Vec<f64>,
     flanks: [Vec<Option<[f64; 2]>>; 2],
@@ -95,14 +121,14 @@ impl TipMeter {
             }
         }
         let sharpest = self.turnings.iter().copied().fold(0.0, f64::max);
-        if sharpest < LEAST_TURNING_RAD {
+        if sharpest < CANDIDATE_RAD {
             return Err(Refusal::NoCorner);
         }
         let half = arm / 2;
         let is_peak = |index: usize| {
             let turning = self.turnings[index];
             let near = (1..=half).flat_map(|d| [(index + d) % count, (index + count - d) % count]);
-            turning >= LEAST_TURNING_RAD.max(CANDIDATE_PART * sharpest)
+            turning >= CANDIDATE_RAD.max(CANDIDATE_PART * sharpest)
                 && near.into_iter().all(|other| self.turnings[other] <= turning)
         };
         let candidates = (0..count).filter(|&index| is_peak(index));
@@ -113,26 +139,26 @@ impl TipMeter {
     fn find_flanks(&mut self, picture: &Turned, pool: &Pool, apex: usize, arm: usize) {
         let count = pool.outline.len();
         let longest = ((FLANKS[FLANKS.len() - 1] * arm as f64) as usize).min(count / 3);
-        let gap = 1 + pool.reach_px / 2;
+        let reach_px = pool.reach_px.min(FLANK_REACH_PX);
         for (side, flank) in self.flanks.iter_mut().enumerate() {
             flank.clear();
-            for step in gap..gap + longest {
+            for step in GAP_PX..GAP_PX + longest {
                 let index = if side == 0 { (apex + step) % count } else { (apex + count - step) % count };
                 // The normal from this flank alone: nearer the apex than its arm it would lean over the corner.
-                let normal_arm = pool.reach_px.min(step).max(1);
-                let normal = pool.normal(index, normal_arm);
+                let normal = pool.normal(index, reach_px.min(step));
                 let point = pool.outline[index];
-                let found = edge(picture, point, normal, pool.reach_px);
-                flank.push(found.map(|edge| {
-                    [point[0] + edge.offset_px * normal[0], point[1] + edge.offset_px * normal[1]]
-                }));
+                let found = edge(picture, point, normal, reach_px);
+                let found = found.filter(|edge| edge.contrast >= pool.least_edge);
+                flank.push(
+                    found.map(|edge| [0, 1].map(|axis| point[axis] + edge.offset_px * normal[axis])),
+                );
             }
         }
     }
 
-    /// Where the flanks meet, by the pair of lines that places the meeting best across the travel.
+    /// Where the flanks meet, by the fit that places it best across the travel.
     fn meeting(&mut self, apex: Vector2<f64>, arm: usize) -> Option<Vector2<f64>> {
-        let mut best: Option<(f64, Vector2<f64>)> = None;
+        self.fits.clear();
         for part in FLANKS {
             let length = ((part * arm as f64).round() as usize).max(4);
             for (points, flank) in self.points.iter_mut().zip(&self.flanks) {
@@ -142,27 +168,54 @@ impl TipMeter {
             if self.points.iter().any(|points| 2 * points.len() < length) {
                 continue;
             }
-            let lines = [0, 1].map(|side| Line::through(&self.points[side], &mut self.residuals));
-            let [Some(a), Some(b)] = lines else { continue };
-            let normals = Matrix2::from_rows(&[a.normal.transpose(), b.normal.transpose()]);
-            // Flanks that hardly turn meet anywhere.
-            if normals.determinant().abs() < LEAST_TURNING_RAD.sin() * 0.5 {
-                continue;
-            }
-            let Some(inverse) = normals.try_inverse() else { continue };
-            let corner = inverse * Vector2::new(a.distance, b.distance);
-            if (corner - apex).norm() > FARTHEST_MEETING * arm as f64 {
-                continue;
-            }
-            let places = Matrix2::from_diagonal(&Vector2::new(
-                a.variance_at(&corner, CORRELATION_PX),
-                b.variance_at(&corner, CORRELATION_PX),
-            ));
-            let variance = (inverse * places * inverse.transpose())[(0, 0)];
-            if best.is_none_or(|(least, _)| variance < least) {
-                best = Some((variance, corner));
-            }
+            let fits = [self.corner(length), self.top(apex, length, arm)];
+            let near = |fit: &Fit| (fit.place - apex).norm() <= FARTHEST_MEETING * arm as f64;
+            self.fits.extend(fits.into_iter().flatten().filter(near));
         }
-        best.map(|(_, corner)| corner)
+        let straightest = self.fits.iter().map(|fit| fit.residual_px).fold(f64::INFINITY, f64::min);
+        let straight = |fit: &&Fit| fit.residual_px <= AS_STRAIGHT * straightest.max(STRAIGHT_PX);
+        let best = self.fits.iter().filter(straight).min_by(|a, b| a.variance.total_cmp(&b.variance))?;
+        (best.bend_rad >= LEAST_BEND_RAD).then_some(best.place)
     }
+
+    /// The flanks as two lines.
+    fn corner(&mut self, length: usize) -> Option<Fit> {
+        let a = Line::through(&self.points[0], &mut self.residuals)?;
+        let b = Line::through(&self.points[1], &mut self.residuals)?;
+        if a.weight.min(b.weight) < LEAST_WEIGHT * length as f64 {
+            return None;
+        }
+        let normals = Matrix2::from_rows(&[a.normal.transpose(), b.normal.transpose()]);
+        let inverse = normals.try_inverse()?;
+        let place = inverse * Vector2::new(a.distance, b.distance);
+        let variances = Vector2::new(a.variance_at(&place, CORRELATION_PX), b.variance_at(&place, CORRELATION_PX));
+        let variance = (inverse * Matrix2::from_diagonal(&variances) * inverse.transpose())[(0, 0)];
+        let residual_px = (0.5 * (a.variance + b.variance)).sqrt();
+        Some(Fit { place, variance, residual_px, bend_rad: bend(place, &a, &b) })
+    }
+
+    /// The flanks as one parabola across the travel.
+    fn top(&mut self, apex: Vector2<f64>, length: usize, arm: usize) -> Option<Fit> {
+        let both = self.points.iter().flatten();
+        self.front.clear();
+        self.front.extend(both.map(|&[x, y]| [x - apex.x, y - apex.y]));
+        let parabola = Parabola::through(&self.front, STRAIGHT_PX, &mut self.residuals)?;
+        let curvature = 2.0 * parabola.coefficients[2];
+        if parabola.weight < 2.0 * LEAST_WEIGHT * length as f64 || curvature <= 0.0 {
+            return None;
+        }
+        let x = parabola.vertex()?;
+        Some(Fit {
+            place: apex + Vector2::new(x, parabola.at(x)),
+            variance: parabola.vertex_variance(CORRELATION_PX),
+            residual_px: parabola.variance.sqrt(),
+            bend_rad: 2.0 * (0.5 * curvature * arm as f64).atan(),
+        })
+    }
+}
+
+/// How far two flanks that meet at `place` turn from a straight line.
+fn bend(place: Vector2<f64>, a: &Line, b: &Line) -> f64 {
+    let (along_a, along_b) = (a.centre - place, b.centre - place);
+    std::f64::consts::PI - along_a.angle(&along_b)
 }

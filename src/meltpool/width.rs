@@ -10,10 +10,10 @@ use super::refusal::{Border, Refusal};
 use super::robust::Parabola;
 use super::travel::Turned;
 
-/// The wide part: rows whose cut is at least this part of the reference cut, which one row in ten exceeds. Chosen: half
-/// the length of an ellipse, where its outline is still steep across.
-const WIDE_PART: f64 = 0.8;
-const REFERENCE_RANK: f64 = 0.9;
+/// The wide part: rows whose cut is at least this part of the reference cut, which one row in four exceeds. Chosen: six
+/// tenths of an ellipse's length, where its outline is still steep across; streaks of spatter cross fewer rows.
+const WIDE_PART: f64 = 0.82;
+const REFERENCE_RANK: f64 = 0.75;
 /// Fewest rows for a fit; chosen: a parabola takes three.
 const FEWEST_ROWS: usize = 4;
 /// Least part of the wide rows that must show both edges; chosen.
