@@ -17,6 +17,9 @@ const REFUSE_SIGMAS: f64 = 5.0;
 const RESTART_AFTER: usize = 5;
 /// Frames without a value for which the prediction is still given; chosen, as the seam tracker's.
 const MOST_COASTING: usize = 20;
+/// A prediction whose σ exceeds so many σ of a measurement is none any more; chosen: a pool that changes fast cannot be
+/// predicted for long.
+const MOST_COASTING_SIGMAS: f64 = 6.0;
 
 /// What is known of the measure in one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -168,7 +171,9 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             stretch.last = (k, value);
             self.outliers.clear();
         }
-        if k - stretch.last.0 > MOST_COASTING {
+        let sigma_px = estimated(&step.update.posterior).1;
+        let is_vague = taken.is_none() && sigma_px > MOST_COASTING_SIGMAS * self.sigma_px;
+        if is_vague || k - stretch.last.0 > MOST_COASTING {
             self.stretch = Some(stretch);
             self.close();
             return Ok(self.without_value(value, refused));

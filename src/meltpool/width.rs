@@ -18,6 +18,9 @@ const REFERENCE_RANK: f64 = 0.75;
 const FEWEST_ROWS: usize = 4;
 /// Least part of the wide rows that must show both edges; chosen.
 const LEAST_ROWS_SHARE: f64 = 0.5;
+/// Where the picture's border cuts the wide part, its widest place must lie this far from the cut, in half its length
+/// from its middle; chosen: the cuts must be seen to fall again.
+const SURELY_INSIDE: f64 = 0.75;
 /// Least scale of the residuals of the squared cut, relative to twice the cut: 0.05 px of each cut.
 const LEAST_SCALE_PX: f64 = 0.05;
 
@@ -81,10 +84,10 @@ impl WidthMeter {
             Parabola::through(&self.squared, least_scale, &mut self.residuals).ok_or(Refusal::NoEdge)?;
         let place = top(&parabola);
         // A pool that goes on beyond the picture may be wider there.
-        if place <= -1.0 && wide.start == 0 {
+        if place <= -SURELY_INSIDE && wide.start == 0 {
             return Err(Refusal::Border(Border::Front));
         }
-        if place >= 1.0 && wide.end == picture.height {
+        if place >= SURELY_INSIDE && wide.end == picture.height {
             return Err(Refusal::Border(Border::Behind));
         }
         let place = place.clamp(-1.0, 1.0);
@@ -94,7 +97,11 @@ impl WidthMeter {
         }
         let middles = Parabola::through(&self.middles, LEAST_SCALE_PX, &mut self.residuals).ok_or(Refusal::NoEdge)?;
         let (width_px, middle, y) = (squared.sqrt(), middles.at(place), centre + half * place);
-        Ok(PoolWidth { width_px, ends: [[middle - 0.5 * width_px, y], [middle + 0.5 * width_px, y]] })
+        let ends = [[middle - 0.5 * width_px, y], [middle + 0.5 * width_px, y]];
+        if ends[0][0] < 0.0 || ends[1][0] > right {
+            return Err(Refusal::Border(Border::Side));
+        }
+        Ok(PoolWidth { width_px, ends })
     }
 
     /// Outermost pixels of each row.
