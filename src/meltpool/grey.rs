@@ -63,10 +63,27 @@ impl Stretched {
         (255.0 * (light - self.black) / range).clamp(0.0, 254.0) as u8
     }
 
-    /// The greys above `level`, each with its number of pixels.
-    pub(super) fn bins(&self, level: u8) -> Vec<(f64, f64)> {
-        let first = usize::from(level) + 1;
-        self.histogram.iter().enumerate().skip(first).map(|(grey, &count)| (grey as f64, f64::from(count))).collect()
+    /// Otsu's level among the greys of a range: those up to it are the darker class. None when there is one grey only.
+    pub(super) fn otsu_within(&self, greys: std::ops::RangeInclusive<u8>) -> Option<u8> {
+        let bins = || greys.clone().map(|grey| (grey, f64::from(grey), f64::from(self.histogram[usize::from(grey)])));
+        let total: f64 = bins().map(|(_, _, count)| count).sum();
+        let sum: f64 = bins().map(|(_, grey, count)| grey * count).sum();
+        let (mut count_below, mut sum_below) = (0.0, 0.0);
+        let mut best = (0.0, None);
+        for (level, grey, count) in bins() {
+            count_below += count;
+            sum_below += grey * count;
+            let count_above = total - count_below;
+            if count_below == 0.0 || count_above <= 0.0 {
+                continue;
+            }
+            let difference = (sum - sum_below) / count_above - sum_below / count_below;
+            let between = count_below * count_above * difference * difference;
+            if between > best.0 {
+                best = (between, Some(level));
+            }
+        }
+        best.1
     }
 
     /// The median grey of the pixels in a range of grey values; none without any.

@@ -16,13 +16,17 @@ const LEAST_CONTRAST_OVER_NOISE: f32 = 4.0;
 /// Least area of a pool \[px²\], and as a part of the frame; chosen: less is a spark.
 const LEAST_AREA_PX2: f64 = 12.0;
 const LEAST_AREA_SHARE: f64 = 0.001;
-/// An edge has at least this part of the contrast between pool and surroundings within a ray's reach; chosen: a glow
-/// without an edge falls over the whole pool's size.
+/// The sharpness of an outline: the median over it of the light's fall within a ray's reach, over the contrast of pool and
+/// surroundings. A step has 1. Chosen: a glow without an edge falls over the whole pool's size, and has less than this.
+const LEAST_SHARPNESS: f32 = 0.25;
+/// Other outlines are looked for when Otsu's is less sharp than this, and taken when they are sharper than the second.
+/// Chosen: thermal pools with soft edges have 0.6 to 0.8, the glow round a hot spot less, the step round the pool more.
+const SOFT: f32 = 0.55;
+const SHARP: f32 = 0.85;
+/// A place of the outline with less than this part of the contrast is not the pool's edge; chosen.
 const EDGE_CONTRAST: f32 = 0.25;
-/// A pool has such an edge along at least this part of its outline; chosen.
-const EDGE_SHARE: f64 = 0.4;
-/// Times a region without an edge is split again: a plume may be what Otsu separates first, the pool second.
-const SPLITS: usize = 2;
+/// Places at which the sharpness is looked at.
+const SHARPNESS_PLACES: usize = 64;
 /// Frames whose shorter side is longer than this are opened over 7 px, smaller ones over 3 px. Chosen: sparks and
 /// glints are a few pixels wide.
 const LARGE_FRAME_PX: usize = 128;
@@ -46,6 +50,7 @@ pub(super) struct Pool {
     pub(super) reach_px: usize,
     /// Least contrast of what counts as the pool's edge.
     pub(super) least_edge: f32,
+    falls: Vec<f32>,
 }
 
 impl Pool {
@@ -60,35 +65,64 @@ impl Pool {
         if stretched.saturated_share > SATURATED_SHARE {
             return Ok(Err(Refusal::Saturated));
         }
-        let mut level = match threshold {
+        let first = match threshold {
             Threshold::Fixed(light) => stretched.grey_of(light as f32),
-            Threshold::Otsu => middle(stretched, 0, segmenter.otsu(&stretched.grey, picture.width)?),
+            Threshold::Otsu => {
+                let split = segmenter.otsu(&stretched.grey, picture.width)?;
+                middle(stretched, 0..=255, split)
+            }
         };
-        for split in 0..=SPLITS {
-            let contrast = match classes(stretched, level) {
-                Some((outside, inside)) => stretched.light(inside) - stretched.light(outside),
-                None => 0.0,
-            };
-            if contrast < LEAST_CONTRAST.max(LEAST_CONTRAST_OVER_NOISE * stretched.noise) {
-                return Ok(Err(if split == 0 { Refusal::NoPool } else { Refusal::NoEdge }));
-            }
-            let opening_px = if picture.width.min(picture.height) > LARGE_FRAME_PX { 7 } else { 3 };
-            self.area_px2 =
-                segmenter.largest(&stretched.grey, picture.width, level, opening_px, &mut self.outline)?;
-            if self.area_px2 < LEAST_AREA_PX2.max(LEAST_AREA_SHARE * picture.light.len() as f64) {
-                return Ok(Err(Refusal::NoPool));
-            }
-            self.reach_px = reach_px(self.area_px2);
-            self.least_edge = EDGE_CONTRAST * contrast;
-            if self.edge_share(picture) >= EDGE_SHARE {
-                return Ok(Ok(()));
-            }
-            if let Threshold::Fixed(_) = threshold {
-                break;
-            }
-            level = middle(stretched, level, otsu_above(stretched, level));
+        let sharpness = match self.outline_at(picture, stretched, segmenter, first)? {
+            Ok(sharpness) => sharpness,
+            Err(refusal) => return Ok(Err(refusal)),
+        };
+        if sharpness >= SOFT || matches!(threshold, Threshold::Fixed(_)) {
+            return Ok(if sharpness >= LEAST_SHARPNESS { Ok(()) } else { Err(Refusal::NoEdge) });
         }
-        Ok(Err(Refusal::NoEdge))
+        // A hot spot in the pool, or a plume around it, may be what Otsu separates first.
+        let mut best = (sharpness, first);
+        let mut last = first;
+        for greys in [0..=first, first.saturating_add(1)..=255] {
+            let Some(split) = stretched.otsu_within(greys.clone()) else { continue };
+            last = middle(stretched, greys, split);
+            if let Ok(other) = self.outline_at(picture, stretched, segmenter, last)?
+                && other > best.0.max(SHARP)
+            {
+                best = (other, last);
+            }
+        }
+        if best.0 < LEAST_SHARPNESS {
+            self.outline.clear();
+            return Ok(Err(Refusal::NoEdge));
+        }
+        if last != best.1 {
+            return self.outline_at(picture, stretched, segmenter, best.1).map(|found| found.map(|_| ()));
+        }
+        Ok(Ok(()))
+    }
+
+    /// Takes the outline at a level; gives its sharpness.
+    fn outline_at(
+        &mut self,
+        picture: &Turned,
+        stretched: &Stretched,
+        segmenter: &mut Segmenter,
+        level: u8,
+    ) -> Result<Result<f32, Refusal>, SegmentationError> {
+        let medians = (stretched.median_of(0..=level), stretched.median_of(level.saturating_add(1)..=255));
+        let (Some(outside), Some(inside)) = medians else { return Ok(Err(Refusal::NoPool)) };
+        let contrast = stretched.light(inside) - stretched.light(outside);
+        if contrast < LEAST_CONTRAST.max(LEAST_CONTRAST_OVER_NOISE * stretched.noise) {
+            return Ok(Err(Refusal::NoPool));
+        }
+        let opening_px = if picture.width.min(picture.height) > LARGE_FRAME_PX { 7 } else { 3 };
+        self.area_px2 = segmenter.largest(&stretched.grey, picture.width, level, opening_px, &mut self.outline)?;
+        if self.area_px2 < LEAST_AREA_PX2.max(LEAST_AREA_SHARE * picture.light.len() as f64) {
+            return Ok(Err(Refusal::NoPool));
+        }
+        self.reach_px = reach_px(self.area_px2);
+        self.least_edge = EDGE_CONTRAST * contrast;
+        Ok(Ok(self.fall(picture) / contrast))
     }
 
     /// The outward unit normal at a place of the outline, from the points `arm` before and after it.
@@ -111,55 +145,30 @@ impl Pool {
         })
     }
 
-    /// Part of the outline inside the picture that has an edge.
-    fn edge_share(&self, picture: &Turned) -> f64 {
+    /// The median fall of the light across the outline inside the picture; 0 where it does not fall.
+    fn fall(&mut self, picture: &Turned) -> f32 {
         let (right, bottom) = ((picture.width - 1) as f64, (picture.height - 1) as f64);
-        let step = (self.outline.len() / 64).max(1);
+        let step = (self.outline.len() / SHARPNESS_PLACES).max(1);
         let arm = self.reach_px.min(self.outline.len() / 4).max(1);
-        let (mut inside, mut with_edge) = (0, 0);
+        self.falls.clear();
         for index in (0..self.outline.len()).step_by(step) {
             let point = self.outline[index];
-            if point[0] == 0.0 || point[1] == 0.0 || point[0] == right || point[1] == bottom {
-                continue;
+            if point[0] > 0.0 && point[1] > 0.0 && point[0] < right && point[1] < bottom {
+                let found = edge(picture, point, self.normal(index, arm), self.reach_px);
+                self.falls.push(found.map_or(0.0, |edge| edge.contrast));
             }
-            inside += 1;
-            let found = edge(picture, point, self.normal(index, arm), self.reach_px);
-            with_edge += usize::from(found.is_some_and(|edge| edge.contrast >= self.least_edge));
         }
-        if inside == 0 { 0.0 } else { f64::from(with_edge as u32) / f64::from(inside) }
+        let middle = self.falls.len() / 2;
+        if self.falls.is_empty() {
+            return 0.0;
+        }
+        *self.falls.select_nth_unstable_by(middle, f32::total_cmp).1
     }
 }
 
-/// Median grey below and above a level; none when a class is empty.
-fn classes(stretched: &Stretched, level: u8) -> Option<(f32, f32)> {
-    Some((stretched.median_of(0..=level)?, stretched.median_of(level.saturating_add(1)..=255)?))
-}
-
-/// The level halfway between the medians of the two classes that `split` makes of the greys above `from`.
-fn middle(stretched: &Stretched, from: u8, split: u8) -> u8 {
-    let (below, above) = (stretched.median_of(from..=split.max(from)), stretched.median_of(split.saturating_add(1)..=255));
+/// The level halfway between the medians of the two classes that `split` makes of a range of greys.
+fn middle(stretched: &Stretched, greys: std::ops::RangeInclusive<u8>, split: u8) -> u8 {
+    let below = stretched.median_of(*greys.start()..=split);
+    let above = stretched.median_of(split.saturating_add(1)..=*greys.end());
     below.zip(above).map_or(split, |(below, above)| (0.5 * (below + above)) as u8)
-}
-
-/// Otsu's level of the pixels brighter than `level`.
-fn otsu_above(stretched: &Stretched, level: u8) -> u8 {
-    let bins = stretched.bins(level);
-    let total: f64 = bins.iter().map(|(_, count)| count).sum();
-    let sum: f64 = bins.iter().map(|(grey, count)| grey * count).sum();
-    let (mut count_below, mut sum_below) = (0.0, 0.0);
-    let mut best = (0.0, level);
-    for &(grey, count) in &bins {
-        count_below += count;
-        sum_below += grey * count;
-        let count_above = total - count_below;
-        if count_below == 0.0 || count_above <= 0.0 {
-            continue;
-        }
-        let difference = (sum - sum_below) / count_above - sum_below / count_below;
-        let between = count_below * count_above * difference * difference;
-        if between > best.0 {
-            best = (between, grey as u8);
-        }
-    }
-    best.1
 }
