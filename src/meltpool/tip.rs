@@ -24,6 +24,8 @@ const CANDIDATE_PART: f64 = 0.6;
 /// Least angle between the fitted flanks, half an arm before and behind the tip \[rad\]. Chosen: a circle bends by 17°
 /// there, an ellipse 1.7 times as long as wide by 38° at its end.
 const LEAST_BEND_RAD: f64 = 25.0 * std::f64::consts::PI / 180.0;
+/// Flanks that bend by more are a corner, and no parabola is tried; chosen.
+const SHARP_BEND_RAD: f64 = 50.0 * std::f64::consts::PI / 180.0;
 /// A tip points forwards within 60° of the travel; chosen: the seam lies in front of the pool.
 const LEAST_FORWARD: f64 = 0.5;
 /// Lengths of flank that are tried, in arms; chosen. Of those that are as straight as the straightest, the one that
@@ -57,6 +59,7 @@ struct Fit {
     variance: f64,
     residual_px: f64,
     bend_rad: f64,
+    is_corner: bool,
 }
 
 /// Buffers of the measurement.
@@ -174,7 +177,11 @@ impl TipMeter {
         }
         let straightest = self.fits.iter().map(|fit| fit.residual_px).fold(f64::INFINITY, f64::min);
         let straight = |fit: &&Fit| fit.residual_px <= AS_STRAIGHT * straightest.max(STRAIGHT_PX);
-        let best = self.fits.iter().filter(straight).min_by(|a, b| a.variance.total_cmp(&b.variance))?;
+        // A parabola through a sharp corner can look good by chance.
+        let sharp = |fit: &Fit| fit.is_corner && fit.bend_rad >= SHARP_BEND_RAD;
+        let is_sharp = self.fits.iter().filter(straight).any(sharp);
+        let fitting = self.fits.iter().filter(straight).filter(|fit| fit.is_corner || !is_sharp);
+        let best = fitting.min_by(|a, b| a.variance.total_cmp(&b.variance))?;
         (best.bend_rad >= LEAST_BEND_RAD).then_some(best.place)
     }
 
@@ -191,7 +198,7 @@ impl TipMeter {
         let variances = Vector2::new(a.variance_at(&place, CORRELATION_PX), b.variance_at(&place, CORRELATION_PX));
         let variance = (inverse * Matrix2::from_diagonal(&variances) * inverse.transpose())[(0, 0)];
         let residual_px = (0.5 * (a.variance + b.variance)).sqrt();
-        Some(Fit { place, variance, residual_px, bend_rad: bend(place, &a, &b) })
+        Some(Fit { place, variance, residual_px, bend_rad: bend(place, &a, &b), is_corner: true })
     }
 
     /// The flanks as one parabola across the travel.
@@ -210,6 +217,7 @@ impl TipMeter {
             variance: parabola.vertex_variance(CORRELATION_PX),
             residual_px: parabola.variance.sqrt(),
             bend_rad: 2.0 * (0.5 * curvature * arm as f64).atan(),
+            is_corner: false,
         })
     }
 }
