@@ -141,11 +141,7 @@ impl IntensityFrame {
     #[must_use]
     pub fn to_gray(&self) -> GrayFrame {
         let grey = |&light: &f32| (255.0 * light + 0.5).clamp(0.0, 255.0) as u8;
-        GrayFrame {
-            width_px: self.width_px,
-            height_px: self.height_px,
-            pixels: self.pixels.iter().map(grey).collect(),
-        }
+        GrayFrame { width_px: self.width_px, height_px: self.height_px, pixels: self.pixels.iter().map(grey).collect() }
     }
 }
 

@@ -21,9 +21,7 @@ use seamtrack::source::{SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
 use serde_json::json;
 
-use super::track::{
-    exit_code, keep_copy, name_of, parse_percentage, refuse_to_draw_over, refuse_to_overwrite,
-};
+use super::track::{exit_code, keep_copy, name_of, parse_percentage, refuse_to_draw_over, refuse_to_overwrite};
 
 /// Where the infrared paper's beam lies, equation (1) \[px\].
 const INFRARED_ZERO_PX: f64 = 268.0;
@@ -116,7 +114,8 @@ impl Meltpool {
         if several && self.truth.is_some() {
             bail!("--truth belongs to one recording: measure them one by one");
         }
-        let jobs: Vec<(&Path, PathBuf)> = self.inputs.iter().map(|input| (input.as_path(), self.target(input))).collect();
+        let jobs: Vec<(&Path, PathBuf)> =
+            self.inputs.iter().map(|input| (input.as_path(), self.target(input))).collect();
         for (i, (input, output)) in jobs.iter().enumerate() {
             if let Some((twin, _)) = jobs[..i].iter().find(|(_, other)| other == output) {
                 bail!(
@@ -327,12 +326,11 @@ fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
         text += &format!("  not taken, {reason}: {frames}\n");
     }
     let from = if outcome.noise_is_fitted { "the recording" } else { "the paper" };
-    text += &format!(
-        "  one measurement scatters by {:.3} px ({from})\n",
-        outcome.noise.measurement_px2.sqrt()
-    );
+    text += &format!("  one measurement scatters by {:.3} px ({from})\n", outcome.noise.measurement_px2.sqrt());
     if let Some(errors) = &summary.errors {
-        for (name, errors) in [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)] {
+        for (name, errors) in
+            [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)]
+        {
             if let Some(e) = errors {
                 text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae_mm, e.max_mm);
             }
@@ -353,5 +351,8 @@ fn parse_finite(text: &str) -> Result<f64, String> {
 }
 
 fn parse_period(text: &str) -> Result<f64, String> {
-    parse_finite(text).ok().filter(|&period_s| period_s > 0.0).ok_or_else(|| "expected a time above 0 in seconds".into())
+    parse_finite(text)
+        .ok()
+        .filter(|&period_s| period_s > 0.0)
+        .ok_or_else(|| "expected a time above 0 in seconds".into())
 }

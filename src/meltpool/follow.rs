@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Measure;
 use super::noise::NoiseLevels;
 use super::refusal::Refusal;
-use super::Measure;
 use crate::kalman::adaptive::{NoiseAdaptation, complete_frames_gate};
 use crate::kalman::{Frame, Gaussian, Model, SeriesError, Trajectory, smoother};
 
@@ -78,12 +78,7 @@ pub struct Path {
 ///
 /// # Errors
 /// When time stamps do not rise, or a noise level is no variance.
-pub fn follow(
-    measure: Measure,
-    readings: &[Reading],
-    noise: NoiseLevels,
-    period_s: f64,
-) -> Result<Path, SeriesError> {
+pub fn follow(measure: Measure, readings: &[Reading], noise: NoiseLevels, period_s: f64) -> Result<Path, SeriesError> {
     let invalid = |reason| SeriesError::InvalidFrame { frame: 0, reason };
     let frames = match measure {
         Measure::Tip => Follower::run(&noise.tip_model(period_s).map_err(invalid)?, false, readings, noise)?,
@@ -160,10 +155,8 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             Ok(stretch.adaptation.map_or(space, |adaptation| space.with_R(adaptation.R())))
         };
         let frame = Frame::new(dt_s, [taken, displacement]);
-        let step = *stretch
-            .trajectory
-            .push(&frame, space, Some(complete_frames_gate()))
-            .map_err(|error| error.at_frame(k))?;
+        let step =
+            *stretch.trajectory.push(&frame, space, Some(complete_frames_gate())).map_err(|error| error.at_frame(k))?;
         if let Some(adaptation) = &mut stretch.adaptation {
             adaptation.learn(&step);
         }
@@ -197,8 +190,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
         let frames = [z0, z1].map(|z| Frame::new(dt_s, [Some(z), None]));
         let (start, _) = self.model.start_of(&frames).map_err(|error| error.at_frame(k))?;
-        let space =
-            self.model.space_over(dt_s).map_err(|reason| SeriesError::InvalidFrame { frame: k, reason })?;
+        let space = self.model.space_over(dt_s).map_err(|reason| SeriesError::InvalidFrame { frame: k, reason })?;
         self.stretch = Some(Stretch {
             first: k,
             trajectory: Trajectory { start, steps: vec![] },

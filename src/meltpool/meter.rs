@@ -1,5 +1,6 @@
 //! One frame in, one measure out.
 
+use super::Measure;
 use super::cv::{SegmentationError, Segmenter};
 use super::grey::Stretched;
 use super::pool::{Pool, Threshold};
@@ -7,7 +8,6 @@ use super::refusal::Refusal;
 use super::tip::TipMeter;
 use super::travel::Turned;
 use super::width::WidthMeter;
-use super::Measure;
 use crate::frame::IntensityFrame;
 use crate::units::{PixelPoint, Travel};
 
@@ -62,9 +62,7 @@ impl Meter {
         self.picture.set(frame, self.travel);
         self.stretched.set(&self.picture);
         self.pool.outline.clear();
-        if let Err(refusal) =
-            self.pool.find(&self.picture, &self.stretched, &mut self.segmenter, self.threshold)?
-        {
+        if let Err(refusal) = self.pool.find(&self.picture, &self.stretched, &mut self.segmenter, self.threshold)? {
             return Ok(Err(refusal));
         }
         let in_image = |point| self.travel.image_from_turned(point, self.size_px);

@@ -65,8 +65,7 @@ impl NoiseLevels {
         let measurement_px2 = scatter(values_px)?;
         let first = values_px.iter().position(Option::is_some)?;
         let fitted = &values_px[first..values_px.len().min(first + FITTED_FRAMES)];
-        let frames: Vec<Frame<2>> =
-            with_displacement(fitted).into_iter().map(|z| Frame::new(period_s, z)).collect();
+        let frames: Vec<Frame<2>> = with_displacement(fitted).into_iter().map(|z| Frame::new(period_s, z)).collect();
         let likelihood = |half_decade: i32| {
             let drive = drive(measure, half_decade, period_s);
             let levels = Self { measurement_px2, drive };

@@ -152,9 +152,7 @@ impl TipMeter {
                 let point = pool.outline[index];
                 let found = edge(picture, point, normal, reach_px);
                 let found = found.filter(|edge| edge.contrast >= pool.least_edge);
-                flank.push(
-                    found.map(|edge| [0, 1].map(|axis| point[axis] + edge.offset_px * normal[axis])),
-                );
+                flank.push(found.map(|edge| [0, 1].map(|axis| point[axis] + edge.offset_px * normal[axis])));
             }
         }
     }

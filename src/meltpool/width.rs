@@ -80,8 +80,7 @@ impl WidthMeter {
         }
         let reference = self.squared.iter().map(|point| point[1]).fold(0.0, f64::max).sqrt();
         let least_scale = 2.0 * reference * LEAST_SCALE_PX;
-        let parabola =
-            Parabola::through(&self.squared, least_scale, &mut self.residuals).ok_or(Refusal::NoEdge)?;
+        let parabola = Parabola::through(&self.squared, least_scale, &mut self.residuals).ok_or(Refusal::NoEdge)?;
         let place = top(&parabola);
         // A pool that goes on beyond the picture may be wider there.
         if place <= -SURELY_INSIDE && wide.start == 0 {

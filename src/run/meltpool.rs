@@ -220,8 +220,7 @@ impl Run {
             Noise::Fit => NoiseLevels::of_series(settings.measure, &values, settings.period_s),
             Noise::Paper => None,
         };
-        let noise =
-            fitted.unwrap_or_else(|| NoiseLevels::of_papers(settings.measure, settings.mm_per_px.get()));
+        let noise = fitted.unwrap_or_else(|| NoiseLevels::of_papers(settings.measure, settings.mm_per_px.get()));
         let path = follow(settings.measure, &self.readings, noise, settings.period_s)?;
         let mut counts = FrameCounts::default();
         let mut rows = Vec::with_capacity(self.files.len());

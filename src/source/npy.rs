@@ -234,7 +234,8 @@ fn scale(name: &str, mut sample: Vec<f64>) -> IntensityScale {
             let (black, white) = (at(BEYOND_SCALE).unwrap_or(0.0), at(1.0 - BEYOND_SCALE).unwrap_or(1.0));
             // A stack of one value everywhere: any scale will do, and this one has a white above its black.
             let white = if white > black { white } else { black + 1.0 };
-            let rule = "floating point: black and white are the 0.1 % and 99.9 % points of 64 frames spread over the stack";
+            let rule =
+                "floating point: black and white are the 0.1 % and 99.9 % points of 64 frames spread over the stack";
             IntensityScale { black, white, saturates: false, rule }
         }
     }

@@ -38,15 +38,8 @@ const SCENES: [(&str, &str); 24] = built_in![
 ];
 
 /// Scenes of a melt pool: the papers' other two sensors.
-const POOL_SCENES: [(&str, &str); 7] = built_in![
-    "pool-tip",
-    "pool-tip-plume",
-    "pool-tip-16bit",
-    "pool-width",
-    "pool-flaws",
-    "infrared",
-    "jiang",
-];
+const POOL_SCENES: [(&str, &str); 7] =
+    built_in!["pool-tip", "pool-tip-plume", "pool-tip-16bit", "pool-width", "pool-flaws", "infrared", "jiang",];
 
 /// A family's name and the scene it is made from.
 const FAMILIES: [(&str, &str); 5] = [

@@ -189,12 +189,8 @@ fn write_pool_truth(scene: &PoolScene, file: &Path) -> Result<(), RecordingError
         let truth = scene.truth(i);
         let (x_mm, hidden) = (scale * (across(i) - across(0)), u8::from(!truth.visible));
         let (tip, width_px) = (truth.tip, truth.width_px);
-        text += &format!(
-            "{i},{:.4},{:.4},{x_mm:.5},{hidden},{width_px:.4},{:.5}\n",
-            tip.u_px,
-            tip.v_px,
-            scale * width_px
-        );
+        text +=
+            &format!("{i},{:.4},{:.4},{x_mm:.5},{hidden},{width_px:.4},{:.5}\n", tip.u_px, tip.v_px, scale * width_px);
     }
     write_text(file, &text)
 }

@@ -31,7 +31,10 @@ fn a_file_that_is_no_stack_of_frames_is_refused_with_the_remedy() {
         (npy::write(&at("fortran.npy"), "<f4", true, "(3, 32, 40)", &data), "ascontiguousarray"),
         (npy::write(&at("object.npy"), "|O", false, "(3, 32, 40)", &data), "not read"),
         (npy::write(&at("complex.npy"), "<c8", false, "(3, 32, 40)", &data), "not read"),
-        (npy::write(&at("huge.npy"), "<f4", false, "(99999999999, 99999999999, 99999999999)", &data), "larger than any"),
+        (
+            npy::write(&at("huge.npy"), "<f4", false, "(99999999999, 99999999999, 99999999999)", &data),
+            "larger than any",
+        ),
         (npy::write(&at("bomb.npy"), "<f4", false, "(1, 99999, 99999)", &data), "more than any camera"),
     ];
     for (path, part) in cases {

@@ -143,7 +143,8 @@ fn results_are_the_same_on_one_thread_and_on_many_and_are_kept_without_force() {
 fn several_recordings_get_a_folder_each() {
     let folder = tempfile::tempdir().unwrap();
     let data = npy::float32(&npy::discs(20));
-    let stacks = ["a.npy", "b.npy"].map(|name| npy::write(&folder.path().join(name), "<f4", false, "(20, 32, 40)", &data));
+    let stacks =
+        ["a.npy", "b.npy"].map(|name| npy::write(&folder.path().join(name), "<f4", false, "(20, 32, 40)", &data));
     let output = folder.path().join("out");
     seamtrack().arg("meltpool").args(&stacks).args(["--measure", "width", "-q", "-o"]).arg(&output).assert().success();
     assert_eq!(fs::read(output.join("a/path.csv")).unwrap().len(), fs::read(output.join("b/path.csv")).unwrap().len());

@@ -47,7 +47,14 @@ pub fn write_pool_report(dir: &Path) -> Result<(), ResultsError> {
             }
         }
     };
-    write_page(&dir.join("report.html"), &title, model(&summary, &rows, &measure), &thumbnails, &body, DEFAULT_MAX_BYTES)
+    write_page(
+        &dir.join("report.html"),
+        &title,
+        model(&summary, &rows, &measure),
+        &thumbnails,
+        &body,
+        DEFAULT_MAX_BYTES,
+    )
 }
 
 /// One sentence: in how many frames the measure was taken.
@@ -95,10 +102,8 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
         },
     ];
     let letters = rows.iter().filter_map(|row| row.status.name().chars().next()).collect();
-    let as_path = |row: &PoolRow| PathRow {
-        nis: row.nis,
-        ..PathRow::empty(row.frame, String::new(), row.time_s, row.status)
-    };
+    let as_path =
+        |row: &PoolRow| PathRow { nis: row.nis, ..PathRow::empty(row.frame, String::new(), row.time_s, row.status) };
     let path_rows: Vec<PathRow> = rows.iter().map(as_path).collect();
     PageModel {
         frames: rows.len(),

@@ -70,9 +70,7 @@ fn rendered(scenario: &PoolScenario, seeds: &[u64]) -> Result<Table, RenderedErr
         .collect();
     let mut rows: Vec<Row> = labels
         .zip(&medians)
-        .map(|(label, (signed, sizes))| {
-            Row::new(label, [*signed, *sizes, medians[0].0 / signed, medians[0].1 / sizes])
-        })
+        .map(|(label, (signed, sizes))| Row::new(label, [*signed, *sizes, medians[0].0 / signed, medians[0].1 / sizes]))
         .collect();
     for (label, value) in ["measured", "Kalman filter"].iter().zip(PRINTED_MM2) {
         rows.push(Row::of_paper(*label, [None, Some(value), None, Some(PRINTED_MM2[0] / value)]));
@@ -96,11 +94,9 @@ fn recording(scenario: &PoolScenario, seed: u64) -> Result<(Vec<(f64, f64)>, usi
     let beam_px = scenario.image.pool_at[0] * (scenario.image.width_px as f64 - 1.0);
     // The filters start from two frames in a row.
     let first = values.windows(2).position(|pair| pair.iter().all(Result::is_ok)).unwrap_or(0);
-    let measured_px: Vec<Option<f64>> =
-        values[first..].iter().map(|value| value.ok().map(|px| px - beam_px)).collect();
-    let truth_mm: Vec<f64> = (first..values.len())
-        .map(|frame| MM_PER_PX * (scene.truth(frame).tip.u_px - beam_px))
-        .collect();
+    let measured_px: Vec<Option<f64>> = values[first..].iter().map(|value| value.ok().map(|px| px - beam_px)).collect();
+    let truth_mm: Vec<f64> =
+        (first..values.len()).map(|frame| MM_PER_PX * (scene.truth(frame).tip.u_px - beam_px)).collect();
     debug_assert!(truth_mm.iter().all(|mm| mm.abs() < 2.0 * HALF_WIDTH_MM));
     let series = Series { truth_mm, measured_px };
     let mut paths = estimates(&series, 0.0, DRIVE)?;
@@ -112,9 +108,8 @@ fn recording(scenario: &PoolScenario, seed: u64) -> Result<(Vec<(f64, f64)>, usi
         .collect();
     if let Some(noise) = NoiseLevels::of_series(Measure::Tip, &series.measured_px, PERIOD_S) {
         let path = follow(Measure::Tip, &readings, noise, PERIOD_S)?;
-        let or_measured = |k: usize, px: Option<(f64, f64)>| {
-            px.map(|(px, _)| px).or(series.measured_px[k]).unwrap_or_default()
-        };
+        let or_measured =
+            |k: usize, px: Option<(f64, f64)>| px.map(|(px, _)| px).or(series.measured_px[k]).unwrap_or_default();
         paths.push(path.frames.iter().enumerate().map(|(k, frame)| or_measured(k, frame.filtered)).collect());
         paths.push(path.frames.iter().enumerate().map(|(k, frame)| or_measured(k, frame.smooth)).collect());
     }
