@@ -7,7 +7,7 @@ use super::travel::Turned;
 const BLACK_SHARE: f64 = 0.01;
 const WHITE_SHARE: f64 = 0.999;
 /// About so many pixels are ranked. Chosen: the ranks are good to a fraction of a grey value.
-const RANKED_PIXELS: usize = 16_384;
+const RANKED_PIXELS: usize = 8_192;
 /// Median of |a − b| of two normal numbers over their standard deviation.
 const MEDIAN_DIFFERENCE: f32 = 0.953_9;
 

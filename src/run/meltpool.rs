@@ -330,7 +330,8 @@ impl PoolOutcome {
     /// The errors of the three estimates against a truth \[px\], one a frame.
     #[must_use]
     pub fn errors(&self, truth_px: &[Option<f64>], scale: MmPerPx) -> PoolErrors {
-        let of = |value: &dyn Fn(&PoolRow) -> Option<(f64, Option<f64>)>| {
+        type Column<'a> = &'a dyn Fn(&PoolRow) -> Option<(f64, Option<f64>)>;
+        let of = |value: Column<'_>| {
             let estimates: Vec<Option<Estimate>> = self
                 .rows
                 .iter()
