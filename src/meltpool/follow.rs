@@ -10,6 +10,8 @@ use crate::kalman::{Frame, Gaussian, Model, SeriesError, Trajectory, smoother};
 
 /// Two first values lie within so many σ of their difference, or they do not start the filter; chosen.
 const START_SIGMAS: f64 = 6.0;
+/// So far apart they may be at any noise \[px\]; chosen: a recording may be quiet in one part and lively in another.
+const START_PX: f64 = 2.0;
 /// A value farther than so many σ of its innovation is refused; chosen: one in two million by chance. Nearer ones are
 /// bounded by the filter's own gate.
 const REFUSE_SIGMAS: f64 = 5.0;
@@ -185,7 +187,8 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
     fn seek(&mut self, k: usize) -> Result<Followed, SeriesError> {
         let value = self.readings[k].value_px;
         let pair = k.checked_sub(1).and_then(|before| Some((self.readings[before].value_px.ok()?, value.ok()?)));
-        let agree = |(z0, z1): &(f64, f64)| (z1 - z0).abs() <= START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px;
+        let tolerance_px = START_PX.max(START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px);
+        let agree = |(z0, z1): &(f64, f64)| (z1 - z0).abs() <= tolerance_px;
         let Some((z0, z1)) = pair.filter(agree) else { return Ok(self.without_value(value, value.err())) };
         let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
         let frames = [z0, z1].map(|z| Frame::new(dt_s, [Some(z), None]));

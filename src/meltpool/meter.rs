@@ -3,9 +3,9 @@
 use super::Measure;
 use super::cv::{SegmentationError, Segmenter};
 use super::grey::Stretched;
-use super::pool::{Pool, Threshold};
+use super::pool::{Other, Pool, Threshold};
 use super::refusal::Refusal;
-use super::tip::TipMeter;
+use super::tip::{Tip, TipMeter};
 use super::travel::Turned;
 use super::width::WidthMeter;
 use crate::frame::IntensityFrame;
@@ -65,17 +65,35 @@ impl Meter {
         if let Err(refusal) = self.pool.find(&self.picture, &self.stretched, &mut self.segmenter, self.threshold)? {
             return Ok(Err(refusal));
         }
-        let in_image = |point| self.travel.image_from_turned(point, self.size_px);
         Ok(match self.measure {
-            Measure::Tip => self.tip.measure(&self.picture, &self.pool).map(|tip| {
-                let corner = in_image(tip.corner);
+            Measure::Tip => self.find_tip()?.map(|tip| {
+                let corner = self.in_image(tip.corner);
                 Measured { value_px: tip.corner[0], ends: [corner, corner] }
             }),
             Measure::Width => self
                 .width
                 .measure(&self.picture, &self.pool)
-                .map(|width| Measured { value_px: width.width_px, ends: width.ends.map(in_image) }),
+                .map(|width| Measured { value_px: width.width_px, ends: width.ends.map(|end| self.in_image(end)) }),
         })
+    }
+
+    /// The tip; without a corner on the first outline, that of another one.
+    fn find_tip(&mut self) -> Result<Result<Tip, Refusal>, SegmentationError> {
+        let first = self.tip.measure(&self.picture, &self.pool);
+        if first != Err(Refusal::NoCorner) || self.threshold != Threshold::Otsu {
+            return Ok(first);
+        }
+        for other in [Other::Narrower, Other::Wider] {
+            let found = self.pool.find_other(&self.picture, &self.stretched, &mut self.segmenter, other)?;
+            if let Ok(tip) = found.and_then(|()| self.tip.measure(&self.picture, &self.pool)) {
+                return Ok(Ok(tip));
+            }
+        }
+        Ok(first)
+    }
+
+    fn in_image(&self, point: [f64; 2]) -> PixelPoint {
+        self.travel.image_from_turned(point, self.size_px)
     }
 
     /// The outline of the region that the last frame's pool was taken for, in the image; empty when there was none.

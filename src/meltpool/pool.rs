@@ -21,9 +21,9 @@ const LEAST_AREA_SHARE: f64 = 0.001;
 const LEAST_SHARPNESS: f32 = 0.25;
 /// Other outlines are looked for when Otsu's is less sharp than this, and taken when they are sharper than the second.
 /// Chosen: thermal pools with soft edges have 0.6 to 0.8, the glow round a hot spot less, the step round the pool more.
-const SOFT: f32 = 0.55;
-const SHARP: f32 = 0.85;
-/// A place of the outline with less than this part of the contrast is not the pool's edge; chosen.
+const SOFT: f32 = 0.7;
+const SHARP: f32 = 0.9;
+/// A place of the outline where the light falls by less than this part of the median fall is not the pool's edge; chosen.
 const EDGE_CONTRAST: f32 = 0.25;
 /// Places at which the sharpness is looked at.
 const SHARPNESS_PLACES: usize = 64;
@@ -48,9 +48,20 @@ pub(super) struct Pool {
     pub(super) area_px2: f64,
     /// How far rays across the outline reach \[px\].
     pub(super) reach_px: usize,
-    /// Least contrast of what counts as the pool's edge.
+    /// Least fall of the light at what counts as the pool's edge.
     pub(super) least_edge: f32,
+    /// The first level tried.
+    level: u8,
     falls: Vec<f32>,
+}
+
+/// Another outline than the first.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Other {
+    /// Round pixels that are darker than the first level: the pool round its hot spot.
+    Wider,
+    /// Round pixels that are brighter: the pool in its plume.
+    Narrower,
 }
 
 impl Pool {
@@ -72,6 +83,7 @@ impl Pool {
                 middle(stretched, 0..=255, split)
             }
         };
+        self.level = first;
         let sharpness = match self.outline_at(picture, stretched, segmenter, first)? {
             Ok(sharpness) => sharpness,
             Err(refusal) => return Ok(Err(refusal)),
@@ -80,25 +92,34 @@ impl Pool {
             return Ok(if sharpness >= LEAST_SHARPNESS { Ok(()) } else { Err(Refusal::NoEdge) });
         }
         // A hot spot in the pool, or a plume around it, may be what Otsu separates first.
-        let mut best = (sharpness, first);
-        let mut last = first;
-        for greys in [0..=first, first.saturating_add(1)..=255] {
-            let Some(split) = stretched.otsu_within(greys.clone()) else { continue };
-            last = middle(stretched, greys, split);
-            if let Ok(other) = self.outline_at(picture, stretched, segmenter, last)?
-                && other > best.0.max(SHARP)
-            {
-                best = (other, last);
+        for other in [Other::Wider, Other::Narrower] {
+            if let Ok(()) = self.find_other(picture, stretched, segmenter, other)? {
+                return Ok(Ok(()));
             }
         }
-        if best.0 < LEAST_SHARPNESS {
-            self.outline.clear();
-            return Ok(Err(Refusal::NoEdge));
-        }
-        if last != best.1 {
-            return self.outline_at(picture, stretched, segmenter, best.1).map(|found| found.map(|_| ()));
-        }
-        Ok(Ok(()))
+        self.level = first;
+        Ok(match self.outline_at(picture, stretched, segmenter, first)? {
+            Ok(sharpness) if sharpness >= LEAST_SHARPNESS => Ok(()),
+            Ok(_) => Err(Refusal::NoEdge),
+            Err(refusal) => Err(refusal),
+        })
+    }
+
+    /// Takes the outline that Otsu finds among the pixels below or above the first level, if it is sharp.
+    pub(super) fn find_other(
+        &mut self,
+        picture: &Turned,
+        stretched: &Stretched,
+        segmenter: &mut Segmenter,
+        other: Other,
+    ) -> Result<Result<(), Refusal>, SegmentationError> {
+        let greys = match other {
+            Other::Wider => 0..=self.level,
+            Other::Narrower => self.level.saturating_add(1)..=255,
+        };
+        let Some(split) = stretched.otsu_within(greys.clone()) else { return Ok(Err(Refusal::NoPool)) };
+        let sharpness = self.outline_at(picture, stretched, segmenter, middle(stretched, greys, split))?;
+        Ok(sharpness.and_then(|sharpness| if sharpness > SHARP { Ok(()) } else { Err(Refusal::NoEdge) }))
     }
 
     /// Takes the outline at a level; gives its sharpness.
@@ -121,8 +142,9 @@ impl Pool {
             return Ok(Err(Refusal::NoPool));
         }
         self.reach_px = reach_px(self.area_px2);
-        self.least_edge = EDGE_CONTRAST * contrast;
-        Ok(Ok(self.fall(picture) / contrast))
+        let fall = self.fall(picture);
+        self.least_edge = EDGE_CONTRAST * fall;
+        Ok(Ok(fall / contrast))
     }
 
     /// The outward unit normal at a place of the outline, from the points `arm` before and after it.
