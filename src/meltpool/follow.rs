@@ -137,7 +137,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
 
     fn step(&mut self, k: usize) -> Result<Followed, SeriesError> {
         let value = self.readings[k].value_px;
-        if self.outliers.len() >= RESTART_AFTER {
+        if self.outliers_agree() {
             self.close();
         }
         let Some(mut stretch) = self.stretch.take() else { return self.seek(k) };
@@ -145,6 +145,9 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         let (taken, refused) = match value {
             Err(refusal) => (None, Some(refusal)),
             Ok(value) if self.is_outlier(&stretch, k, dt_s, value)? => {
+                if self.outliers.len() == RESTART_AFTER {
+                    self.outliers.remove(0);
+                }
                 self.outliers.push(value);
                 (None, Some(Refusal::Outlier))
             }
@@ -187,8 +190,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
     fn seek(&mut self, k: usize) -> Result<Followed, SeriesError> {
         let value = self.readings[k].value_px;
         let pair = k.checked_sub(1).and_then(|before| Some((self.readings[before].value_px.ok()?, value.ok()?)));
-        let tolerance_px = START_PX.max(START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px);
-        let agree = |(z0, z1): &(f64, f64)| (z1 - z0).abs() <= tolerance_px;
+        let agree = |(z0, z1): &(f64, f64)| (z1 - z0).abs() <= self.tolerance_px();
         let Some((z0, z1)) = pair.filter(agree) else { return Ok(self.without_value(value, value.err())) };
         let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
         let frames = [z0, z1].map(|z| Frame::new(dt_s, [Some(z), None]));
@@ -208,6 +210,20 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             smooth: None,
             refused: None,
         })
+    }
+
+    /// How far two values that belong together may differ \[px\].
+    fn tolerance_px(&self) -> f64 {
+        START_PX.max(START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px)
+    }
+
+    /// Whether enough values were refused in a row that agree among themselves.
+    fn outliers_agree(&self) -> bool {
+        let ends = self
+            .outliers
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (value.min(low), value.max(high)));
+        self.outliers.len() == RESTART_AFTER && ends.1 - ends.0 <= self.tolerance_px()
     }
 
     fn is_outlier(&self, stretch: &Stretch<N>, k: usize, dt_s: f64, value: f64) -> Result<bool, SeriesError> {
@@ -246,4 +262,73 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
 
 fn estimated<const N: usize>(state: &Gaussian<N>) -> Estimated {
     (state.x[0], state.P[(0, 0)].max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: NoiseLevels = NoiseLevels { measurement_px2: 0.04, drive: 1e-4 };
+
+    /// A tip that moves by 0.1 px a frame, but for the frames of `change`.
+    fn followed(frames: usize, change: impl Fn(usize) -> Option<Result<f64, Refusal>>) -> Vec<Followed> {
+        let reading = |k: usize| {
+            let wobble = if k.is_multiple_of(2) { 0.1 } else { -0.1 };
+            let value_px = change(k).unwrap_or(Ok(100.0 + 0.1 * k as f64 + wobble));
+            Reading { time_s: k as f64 * 1e-3, value_px }
+        };
+        follow(Measure::Tip, &(0..frames).map(reading).collect::<Vec<_>>(), NOISE, 1e-3).unwrap().frames
+    }
+
+    fn statuses(frames: &[Followed]) -> String {
+        let letter = |frame: &Followed| match frame.status {
+            Status::Seeking => 's',
+            Status::Tracked => 't',
+            Status::Coasting => 'c',
+            Status::Lost => 'l',
+            Status::Unreadable => 'u',
+        };
+        frames.iter().map(letter).collect()
+    }
+
+    #[test]
+    fn two_values_start_it_a_gap_is_predicted_with_growing_sigma_and_bridged_by_the_smoother() {
+        let frames = followed(40, |k| (k < 3 || (20..25).contains(&k)).then_some(Err(Refusal::NoPool)));
+        assert_eq!(statuses(&frames), "sssstttttttttttttttt".to_owned() + "ccccc" + "ttttttttttttttt");
+        let sigma = |k: usize| frames[k].filtered.unwrap().1;
+        assert!((20..25).all(|k| sigma(k) > sigma(k - 1)) && sigma(26) < sigma(24));
+        assert!(frames[4..].iter().all(|frame| frame.smooth.is_some()) && frames[3].smooth.is_none());
+        assert!((frames[22].smooth.unwrap().0 - 102.2).abs() < 0.2);
+        assert_eq!((frames[22].nis, frames[22].refused), (None, Some(Refusal::NoPool)));
+    }
+
+    #[test]
+    fn a_stray_value_is_refused_and_does_not_move_the_estimate() {
+        let frames = followed(30, |k| (k == 20).then_some(Ok(140.0)));
+        assert_eq!((frames[20].status, frames[20].refused), (Status::Coasting, Some(Refusal::Outlier)));
+        assert!((frames[20].filtered.unwrap().0 - 102.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn a_lasting_jump_starts_it_anew_but_scattered_strays_do_not() {
+        let jumped = followed(40, |k| (k >= 20).then_some(Ok(140.0 + 0.02 * (k % 3) as f64)));
+        assert_eq!(statuses(&jumped[18..27]), "ttccccctt");
+        assert!((jumped[30].filtered.unwrap().0 - 140.0).abs() < 0.2);
+        let scattered = followed(40, |k| (20..27).contains(&k).then_some(Ok(140.0 + 9.0 * (k % 4) as f64)));
+        assert_eq!(statuses(&scattered[18..29]), "ttccccccctt");
+    }
+
+    #[test]
+    fn what_stays_away_is_lost_and_found_again() {
+        let frames = followed(70, |k| (20..50).contains(&k).then_some(Err(Refusal::NoPool)));
+        assert_eq!(statuses(&frames[19..21]), "tc");
+        assert_eq!((frames[45].status, frames[45].filtered, frames[45].smooth), (Status::Lost, None, None));
+        assert_eq!(statuses(&frames[49..53]), "lltt");
+    }
+
+    #[test]
+    fn a_series_without_a_value_is_sought_to_its_end() {
+        assert_eq!(statuses(&followed(4, |_| Some(Err(Refusal::Unreadable)))), "uuuu");
+        assert_eq!(statuses(&followed(4, |_| Some(Err(Refusal::Saturated)))), "ssss");
+    }
 }
