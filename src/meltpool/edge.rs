@@ -69,12 +69,13 @@ mod tests {
     }
 
     #[test]
-    fn a_blurred_step_is_found_to_a_fiftieth_of_a_pixel_wherever_it_lies_and_whatever_light_lies_over_it() {
+    fn a_blurred_step_is_found_to_a_thirtieth_of_a_pixel_wherever_it_lies_and_whatever_light_lies_over_it() {
         for tenth in 0..10 {
             let place = 20.0 + 0.1 * f64::from(tenth);
+            // A straight line between samples of this step, a pixel apart, errs by up to 0.026 px.
             for slope in [0.0, 0.01] {
                 let found = edge(&step(place, slope), [20.0, 2.0], [1.0, 0.0], 5).unwrap();
-                assert!((20.0 + found.offset_px - place).abs() < 0.02 + 4.0 * slope, "{place} {slope} {found:?}");
+                assert!((20.0 + found.offset_px - place).abs() < 1.0 / 30.0 + 4.0 * slope, "{place} {slope} {found:?}");
             }
         }
     }
