@@ -31,6 +31,8 @@ const SHARPNESS_PLACES: usize = 64;
 /// glints are a few pixels wide.
 const LARGE_FRAME_PX: usize = 128;
 
+const BORDERS: [Border; 3] = [Border::Side, Border::Front, Border::Behind];
+
 /// The level between pool and surroundings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Threshold {
@@ -84,7 +86,7 @@ impl Pool {
             }
         };
         self.level = first;
-        let sharpness = match self.outline_at(picture, stretched, segmenter, first)? {
+        let sharpness = match self.outline_at(picture, stretched, segmenter, 0..=255, first)? {
             Ok(sharpness) => sharpness,
             Err(refusal) => return Ok(Err(refusal)),
         };
@@ -93,12 +95,15 @@ impl Pool {
         }
         // A hot spot in the pool, or a plume around it, may be what Otsu separates first.
         for other in [Other::Wider, Other::Narrower] {
-            if let Ok(()) = self.find_other(picture, stretched, segmenter, other)? {
+            let found = self.find_other(picture, stretched, segmenter, other)?;
+            // A wider outline that reaches the border is that of a glow: pools round a hot spot are seen whole.
+            let is_glow = matches!(other, Other::Wider) && BORDERS.iter().any(|&side| self.touches(picture, side));
+            if found.is_ok() && !is_glow {
                 return Ok(Ok(()));
             }
         }
         self.level = first;
-        Ok(match self.outline_at(picture, stretched, segmenter, first)? {
+        Ok(match self.outline_at(picture, stretched, segmenter, 0..=255, first)? {
             Ok(sharpness) if sharpness >= LEAST_SHARPNESS => Ok(()),
             Ok(_) => Err(Refusal::NoEdge),
             Err(refusal) => Err(refusal),
@@ -118,19 +123,22 @@ impl Pool {
             Other::Narrower => self.level.saturating_add(1)..=255,
         };
         let Some(split) = stretched.otsu_within(greys.clone()) else { return Ok(Err(Refusal::NoPool)) };
-        let sharpness = self.outline_at(picture, stretched, segmenter, middle(stretched, greys, split))?;
+        let level = middle(stretched, greys.clone(), split);
+        let sharpness = self.outline_at(picture, stretched, segmenter, greys, level)?;
         Ok(sharpness.and_then(|sharpness| if sharpness > SHARP { Ok(()) } else { Err(Refusal::NoEdge) }))
     }
 
-    /// Takes the outline at a level; gives its sharpness.
+    /// Takes the outline at a level; gives its sharpness, in units of the contrast of the greys of a range below and above.
     fn outline_at(
         &mut self,
         picture: &Turned,
         stretched: &Stretched,
         segmenter: &mut Segmenter,
+        greys: std::ops::RangeInclusive<u8>,
         level: u8,
     ) -> Result<Result<f32, Refusal>, SegmentationError> {
-        let medians = (stretched.median_of(0..=level), stretched.median_of(level.saturating_add(1)..=255));
+        let (darkest, brightest) = greys.into_inner();
+        let medians = (stretched.median_of(darkest..=level), stretched.median_of(level.saturating_add(1)..=brightest));
         let (Some(outside), Some(inside)) = medians else { return Ok(Err(Refusal::NoPool)) };
         let contrast = stretched.light(inside) - stretched.light(outside);
         if contrast < LEAST_CONTRAST.max(LEAST_CONTRAST_OVER_NOISE * stretched.noise) {
