@@ -93,16 +93,12 @@ impl Pool {
         if sharpness >= SOFT || matches!(threshold, Threshold::Fixed(_)) {
             return Ok(if sharpness >= LEAST_SHARPNESS { Ok(()) } else { Err(Refusal::NoEdge) });
         }
-        // A hot spot in the pool, or a plume around it, may be what Otsu separates first.
-        for other in [Other::Wider, Other::Narrower] {
-            let found = self.find_other(picture, stretched, segmenter, other)?;
-            // A wider outline that reaches the border is that of a glow: pools round a hot spot are seen whole.
-            let is_glow = matches!(other, Other::Wider) && BORDERS.iter().any(|&side| self.touches(picture, side));
-            if found.is_ok() && !is_glow {
-                return Ok(Ok(()));
-            }
+        // A hot spot in the pool may be what Otsu separates first. A wider outline that reaches the border is that of a
+        // glow: pools round a hot spot are seen whole.
+        let found = self.find_other(picture, stretched, segmenter, Other::Wider)?;
+        if found.is_ok() && !BORDERS.iter().any(|&side| self.touches(picture, side)) {
+            return Ok(Ok(()));
         }
-        self.level = first;
         Ok(match self.outline_at(picture, stretched, segmenter, 0..=255, first)? {
             Ok(sharpness) if sharpness >= LEAST_SHARPNESS => Ok(()),
             Ok(_) => Err(Refusal::NoEdge),
