@@ -36,7 +36,7 @@ setup:
 
 # Measured, never asserted.
 bench: setup
-	$(CARGO) bench --bench kalman
+	$(CARGO) bench --bench kalman --bench meltpool
 
 # All built-in scenes over several seeds, one table.
 regress: setup

@@ -1,4 +1,4 @@
-//! The grey frame every stage reads.
+//! The grey frame every stage reads, and the frame of full depth that the melt-pool sensors read.
 
 /// An owned 8-bit grey image, rows after one another without padding.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -95,6 +95,60 @@ impl GrayFrame {
             }
         }
         Self { width_px: h, height_px: w, pixels }
+    }
+}
+
+/// An owned grey image of full depth: one `f32` a pixel, 0 at the recording's black and 1 at its white. Values beyond
+/// both are kept.
+#[derive(Debug, Clone, PartialEq)]
+pub struct IntensityFrame {
+    width_px: usize,
+    height_px: usize,
+    pixels: Vec<f32>,
+}
+
+impl IntensityFrame {
+    /// A frame of `width_px` columns and `height_px` rows.
+    ///
+    /// # Errors
+    /// When `pixels.len() != width_px * height_px`, or the frame has no pixel.
+    pub fn new(width_px: usize, height_px: usize, pixels: Vec<f32>) -> Result<Self, FrameSizeError> {
+        if pixels.is_empty() || width_px.checked_mul(height_px) != Some(pixels.len()) {
+            return Err(FrameSizeError { width_px, height_px, got: pixels.len() });
+        }
+        Ok(Self { width_px, height_px, pixels })
+    }
+
+    /// Number of columns.
+    #[must_use]
+    pub const fn width_px(&self) -> usize {
+        self.width_px
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub const fn height_px(&self) -> usize {
+        self.height_px
+    }
+
+    /// All pixels, row by row.
+    #[must_use]
+    pub fn pixels(&self) -> &[f32] {
+        &self.pixels
+    }
+
+    /// The frame in 8 bits, for looking at: black becomes 0, white 255.
+    #[must_use]
+    pub fn to_gray(&self) -> GrayFrame {
+        let grey = |&light: &f32| (255.0 * light + 0.5).clamp(0.0, 255.0) as u8;
+        GrayFrame { width_px: self.width_px, height_px: self.height_px, pixels: self.pixels.iter().map(grey).collect() }
+    }
+}
+
+impl From<&GrayFrame> for IntensityFrame {
+    fn from(frame: &GrayFrame) -> Self {
+        let pixels = frame.pixels.iter().map(|&grey| f32::from(grey) / 255.0).collect();
+        Self { width_px: frame.width_px, height_px: frame.height_px, pixels }
     }
 }
 

@@ -11,6 +11,7 @@ pub mod frame;
 pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
+pub mod meltpool;
 pub mod regress;
 pub mod report;
 pub mod reproduce;

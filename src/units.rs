@@ -70,6 +70,59 @@ impl fmt::Display for StripeAxis {
     }
 }
 
+/// The direction of travel as seen in the picture.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Travel {
+    /// Towards the first row.
+    #[default]
+    Up,
+    /// Towards the last row.
+    Down,
+    /// Towards the first column.
+    Left,
+    /// Towards the last column.
+    Right,
+}
+
+impl Travel {
+    /// Whether the rows run across the travel, so that a position across it is a column.
+    #[must_use]
+    pub const fn is_along_columns(self) -> bool {
+        matches!(self, Self::Up | Self::Down)
+    }
+
+    /// The coordinate of a point of the image across the travel \[px\]: its column, or its row.
+    #[must_use]
+    pub const fn across_px(self, point: PixelPoint) -> f64 {
+        if self.is_along_columns() { point.u_px } else { point.v_px }
+    }
+
+    /// The point of an image of `size_px` columns and rows that lies at column `x`, row `y` of the turned picture. The
+    /// column is the image's own coordinate across the travel.
+    #[must_use]
+    pub fn image_from_turned(self, [x, y]: [f64; 2], size_px: (usize, usize)) -> PixelPoint {
+        let (last_column, last_row) = (size_px.0 as f64 - 1.0, size_px.1 as f64 - 1.0);
+        match self {
+            Self::Up => PixelPoint::new(x, y),
+            Self::Down => PixelPoint::new(x, last_row - y),
+            Self::Left => PixelPoint::new(y, x),
+            Self::Right => PixelPoint::new(last_column - y, x),
+        }
+    }
+}
+
+impl fmt::Display for Travel {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Left => "left",
+            Self::Right => "right",
+        })
+    }
+}
+
 /// A scale in millimetres per pixel, finite and positive.
 #[derive(Debug, Clone, Copy, PartialEq, PartialOrd, Serialize, Deserialize)]
 #[serde(try_from = "f64", into = "f64")]
@@ -78,6 +131,8 @@ pub struct MmPerPx(f64);
 impl MmPerPx {
     /// The scale of Du 2022, section 2.
     pub const DU_2022: Self = Self(0.073);
+    /// The scale of the infrared paper, equation (1): 114 pixels a millimetre.
+    pub const INFRARED: Self = Self(1.0 / 114.0);
 
     /// A scale of `mm_per_px` millimetres per pixel.
     ///

@@ -4,6 +4,7 @@ mod compare;
 mod config;
 mod eval;
 mod filter;
+mod meltpool;
 mod report;
 mod reproduce;
 mod synth;
@@ -32,6 +33,7 @@ enum Command {
     Compare(compare::Compare),
     Config(config::PrintConfig),
     Filter(Box<filter::Filter>),
+    Meltpool(Box<meltpool::Meltpool>),
     Reproduce(reproduce::Reproduce),
 }
 
@@ -46,6 +48,7 @@ impl Cli {
             Command::Compare(compare) => compare.run(),
             Command::Config(config) => config.run(),
             Command::Filter(filter) => filter.run(),
+            Command::Meltpool(meltpool) => meltpool.run(),
             Command::Reproduce(reproduce) => reproduce.run(),
         }
     }

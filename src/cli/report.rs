@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use seamtrack::report::export::{Exports, write_exports};
+use seamtrack::report::pool::{is_pool_summary, write_pool_report};
 use seamtrack::report::run::Run;
 use seamtrack::report::terminal::{Colour, terminal_summary};
 
@@ -23,6 +24,11 @@ pub struct Report {
 impl Report {
     /// Run the subcommand.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
+        if is_pool_summary(&self.dir) {
+            write_pool_report(&self.dir)?;
+            eprintln!("wrote {}", self.dir.join("report.html").display());
+            return Ok(ExitCode::SUCCESS);
+        }
         let run = Run::read(&self.dir)?;
         write_exports(&run, Exports { max_page_bytes: self.max_page_mb as usize * 1_000_000, tum: self.tum })?;
         print!("{}", terminal_summary(&run, Colour::for_stdout()));

@@ -47,8 +47,14 @@ fn tables(paper: Paper) -> anyhow::Result<Vec<Table>> {
             let rendered = du::rendered::tables().context("the rendered scenes cannot be tracked")?;
             du::simulated_tables().map(|simulated| simulated.into_iter().chain(rendered).collect())
         }
-        Paper::Infrared => infrared::tables(),
-        Paper::Jiang => jiang::tables(),
+        Paper::Infrared => {
+            let rendered = infrared::rendered_table().context("the rendered scene cannot be measured")?;
+            infrared::tables().map(|simulated| simulated.into_iter().chain([rendered]).collect())
+        }
+        Paper::Jiang => {
+            let rendered = jiang::rendered_table().context("the rendered scene cannot be measured")?;
+            jiang::tables().map(|simulated| simulated.into_iter().chain([rendered]).collect())
+        }
         Paper::All => Ok(vec![]),
     };
     tables.context("the experiment's filter broke down")

@@ -7,7 +7,8 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use seamtrack::synth::recording::write_recording;
+use seamtrack::synth::pool::PoolScenario;
+use seamtrack::synth::recording::{write_pool_recording, write_recording};
 use seamtrack::synth::{Scenario, builtin};
 
 /// Make up a recording whose truth is known: frames/, truth.csv, scenario.toml.
@@ -42,22 +43,52 @@ impl Synth {
         let (Some(name), Some(output)) = (&self.scenario, &self.output) else {
             bail!("a scenario and an output folder are needed");
         };
-        let mut scenario = chosen(name)?;
-        scenario.seed = self.seed.unwrap_or(scenario.seed);
-        scenario.frames = self.frames.unwrap_or(scenario.frames);
-        let bar = progress_bar(scenario.frames)?;
-        write_recording(&scenario, output, self.force, || bar.inc(1))?;
-        bar.finish_and_clear();
+        match chosen(name)? {
+            Chosen::Stripe(mut scenario) => {
+                scenario.seed = self.seed.unwrap_or(scenario.seed);
+                scenario.frames = self.frames.unwrap_or(scenario.frames);
+                let bar = progress_bar(scenario.frames)?;
+                write_recording(&scenario, output, self.force, || bar.inc(1))?;
+                bar.finish_and_clear();
+            }
+            Chosen::Pool(mut scenario) => {
+                scenario.seed = self.seed.unwrap_or(scenario.seed);
+                scenario.frames = self.frames.unwrap_or(scenario.frames);
+                let bar = progress_bar(scenario.frames)?;
+                write_pool_recording(&scenario, output, self.force, || bar.inc(1))?;
+                bar.finish_and_clear();
+            }
+        }
         println!("{}", output.display());
         Ok(ExitCode::SUCCESS)
     }
 }
 
-/// The file of that name if there is one or it must be one, else the built-in scene.
-fn chosen(name: &str) -> Result<Scenario> {
+/// What is to be made up.
+enum Chosen {
+    Stripe(Box<Scenario>),
+    Pool(Box<PoolScenario>),
+}
+
+/// The file of that name if there is one or it must be one, else the built-in scene. A file with a `[pool]` is a melt
+/// pool's.
+fn chosen(name: &str) -> Result<Chosen> {
     let file = Path::new(name);
     let is_file = file.extension().is_some_and(|extension| extension == "toml") || file.is_file();
-    Ok(if is_file { Scenario::load(file)? } else { builtin::scenario(name)? })
+    if !is_file {
+        let pool = builtin::pool_names().iter().any(|known| known.eq_ignore_ascii_case(name));
+        return Ok(if pool {
+            Chosen::Pool(Box::new(builtin::pool_scenario(name)?))
+        } else {
+            Chosen::Stripe(Box::new(builtin::scenario(name)?))
+        });
+    }
+    let text = std::fs::read_to_string(file);
+    let is_pool = |text: &str| text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("pool"));
+    Ok(match text {
+        Ok(text) if is_pool(&text) => Chosen::Pool(Box::new(PoolScenario::from_toml(&text, name)?)),
+        _ => Chosen::Stripe(Box::new(Scenario::load(file)?)),
+    })
 }
 
 fn list() -> Result<ExitCode> {
@@ -65,6 +96,9 @@ fn list() -> Result<ExitCode> {
         let scenario = builtin::scenario(&name)?;
         let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
         println!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)", scenario.description);
+    }
+    for name in builtin::pool_names() {
+        println!("{name:22} {}", builtin::pool_scenario(&name)?.description);
     }
     Ok(ExitCode::SUCCESS)
 }

@@ -267,7 +267,7 @@ fn draw_overlay(input: &Path, target: &Path, config: &Config, outcome: &RunOutco
 }
 
 /// The truth beside the results, for the report; nothing to do when it lies there already.
-fn keep_copy(from: &Path, to: &Path) -> anyhow::Result<()> {
+pub(super) fn keep_copy(from: &Path, to: &Path) -> anyhow::Result<()> {
     let bytes = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
     seamtrack::report::atomic::write_atomically(to, |file| std::io::Write::write_all(file, &bytes))?;
     Ok(())
@@ -280,11 +280,11 @@ fn read_config(file: &Path) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-fn exit_code(available: bool) -> ExitCode {
+pub(super) fn exit_code(available: bool) -> ExitCode {
     if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
 }
 
-fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
+pub(super) fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
     if !force && output.join("path.csv").exists() {
         bail!("{} already holds results: choose another folder with -o, or overwrite with --force", output.display());
     }
@@ -297,7 +297,7 @@ fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
 }
 
 /// The overlay's pictures never go where the recording is.
-fn refuse_to_draw_over(input: &Path, overlay: Option<&Path>) -> anyhow::Result<()> {
+pub(super) fn refuse_to_draw_over(input: &Path, overlay: Option<&Path>) -> anyhow::Result<()> {
     let Some(overlay) = overlay else { return Ok(()) };
     let target = overlay.canonicalize();
     let is_target = |path: PathBuf| path.canonicalize().is_ok_and(|path| target.as_ref().is_ok_and(|t| *t == path));
@@ -308,7 +308,7 @@ fn refuse_to_draw_over(input: &Path, overlay: Option<&Path>) -> anyhow::Result<(
 }
 
 /// The folder's or file's own name, without the extension of a file.
-fn name_of(input: &Path) -> PathBuf {
+pub(super) fn name_of(input: &Path) -> PathBuf {
     let absolute = input.canonicalize().unwrap_or_else(|_| input.to_owned());
     let name = if absolute.is_dir() { absolute.file_name() } else { absolute.file_stem() };
     PathBuf::from(name.unwrap_or_else(|| "recording".as_ref()))
@@ -322,7 +322,7 @@ fn parse_point(text: &str) -> Result<PixelPoint, String> {
     }
 }
 
-fn parse_percentage(text: &str) -> Result<f64, String> {
+pub(super) fn parse_percentage(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
         _ => Err("expected a percentage from 0 to 100".into()),

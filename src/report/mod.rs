@@ -5,6 +5,7 @@
 //! * `path.csv` and `summary.json`: the contract ([`results`], [`summary`]);
 //! * `truth.csv`: a copy of the truth, if one was given ([`truth`]);
 //! * `thumbnails/`: JPEGs of a bounded number of frames, and `index.json` with their marks ([`thumbnails`]);
+//! * of the melt pool: the files of [`pool`] instead;
 //! * `report.html` ([`page`]) and `*.tum` ([`tum`]), which [`export`] makes from the former.
 
 pub mod atomic;
@@ -15,6 +16,7 @@ pub mod marks;
 mod model;
 pub mod overlay;
 pub mod page;
+pub mod pool;
 pub mod results;
 pub mod run;
 pub mod summary;

@@ -253,17 +253,17 @@ fn error_chart(run: &Run) -> Option<Chart> {
 }
 
 impl Series {
-    fn has_values(&self) -> bool {
+    pub(super) fn has_values(&self) -> bool {
         self.y.values.iter().any(Option::is_some)
     }
 }
 
-fn chart(id: &'static str, title: &str, unit: &'static str, decimals: usize) -> Chart {
+pub(super) fn chart(id: &'static str, title: &str, unit: &'static str, decimals: usize) -> Chart {
     let (series, limits) = (Vec::new(), Vec::new());
     Chart { id, title: title.to_owned(), unit, decimals, log: false, histogram: false, series, limits }
 }
 
-fn curve(name: &str, look: &str, y: Vec<Option<f64>>, decimals: i32) -> Series {
+pub(super) fn curve(name: &str, look: &str, y: Vec<Option<f64>>, decimals: i32) -> Series {
     let y = Rounded::new(y, decimals);
     Series { name: name.to_owned(), look: look.to_owned(), dots: false, fits: true, y, band: None }
 }

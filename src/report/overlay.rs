@@ -17,7 +17,7 @@ const KCF: Rgb = [230, 159, 0];
 const FILTERED: Rgb = [255, 255, 255];
 const SMOOTHED: Rgb = [0, 200, 140];
 
-const fn status_colour(status: Status) -> Rgb {
+pub(super) const fn status_colour(status: Status) -> Rgb {
     match status {
         Status::Seeking => [150, 150, 150],
         Status::Tracked => [0, 158, 115],
@@ -132,11 +132,15 @@ impl OverlayWriter {
     /// # Errors
     /// When the picture cannot be written or does not fit into the video.
     pub fn add(&mut self, frame: &GrayFrame, row: &PathRow, marks: &FrameMarks) -> Result<(), OverlayError> {
-        let picture = canvas(frame, row, marks)?;
+        self.add_drawing(row.frame, canvas(frame, row, marks)?)
+    }
+
+    /// Write a finished drawing of a frame.
+    pub(super) fn add_drawing(&mut self, frame: usize, picture: Canvas) -> Result<(), OverlayError> {
         match &mut self.target {
             Target::Folder => {
                 let rgb = picture.into_rgb()?;
-                let path = self.path.join(format!("{:06}.png", row.frame));
+                let path = self.path.join(format!("{frame:06}.png"));
                 let write = |error| std::io::Error::other::<image::ImageError>(error);
                 Ok(write_atomically(&path, |file| {
                     let encoder = image::codecs::png::PngEncoder::new(file);
@@ -150,7 +154,7 @@ impl OverlayWriter {
                         .ok_or_else(|| OverlayError::Video { path: self.path.clone() })?,
                 };
                 if !open.add(&picture)? {
-                    return Err(OverlayError::Size { path: self.path.clone(), frame: row.frame });
+                    return Err(OverlayError::Size { path: self.path.clone(), frame });
                 }
                 *video = Some(open);
                 Ok(())

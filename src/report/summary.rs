@@ -191,7 +191,7 @@ pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError>
 /// Decimals of millimetres and milliseconds in `summary.json`: a nanometre, far below any error.
 pub const DECIMALS: i32 = 6;
 
-fn round(value: &mut Value) {
+pub(super) fn round(value: &mut Value) {
     match value {
         Value::Number(number) if number.is_f64() => {
             let scale = 10_f64.powi(DECIMALS);

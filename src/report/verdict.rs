@@ -210,7 +210,7 @@ mod tests {
                     lost: count('l'),
                     ..FrameCounts::default()
                 },
-                joint: Joint { kind: "butt".into(), decided_at_frame: None, reason: String::new() },
+                joint: Joint { kind: "butt".into(), decided_at_frame: None, reason: String::new(), later: vec![] },
                 timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
                 errors: None,
             },

@@ -9,6 +9,11 @@ use super::score::{Score, median};
 use super::series::{correlated, generator};
 use super::table::{Row, Table};
 
+mod rendered;
+
+pub(super) use rendered::measured;
+pub use rendered::{RenderedError, table as rendered_table};
+
 const FRAMES: usize = 1000;
 /// 1 mm is 114 px, and the path runs from −0.277 to 0.277 mm about the beam.
 const MM_PER_PX: f64 = 1.0 / 114.0;
@@ -65,24 +70,31 @@ fn series(rho: f64, seed: u64) -> Series {
     Series { truth_mm, measured_px }
 }
 
+/// The estimates of a table, in the order of [`estimates`].
+const LABELS: [&str; 6] = [
+    "measured",
+    "paper's filter, R = 5 I px²",
+    "ours, causal: coloured measurement noise, matched",
+    "ours, smoothed: the same, q by likelihood",
+    "limit, causal: a straight path known to be straight",
+    "limit, smoothed: the same",
+];
+
+/// The mean squares of an estimate's errors \[mm²\]: signed, and of equation (12).
+fn both_mean_squares(estimate_px: &[f64], truth_mm: &[f64]) -> (f64, f64) {
+    let pairs = || estimate_px.iter().zip(truth_mm);
+    let signed: Vec<f64> = pairs().map(|(px, mm)| px * MM_PER_PX - mm).collect();
+    let of_sizes: Vec<f64> = pairs().map(|(px, mm)| (px * MM_PER_PX).abs() - mm.abs()).collect();
+    (Score::of(&signed).mean_square(), Score::of(&of_sizes).mean_square())
+}
+
 fn series_table(rho: f64, drive_variance: f64) -> Result<Table, SeriesError> {
-    let labels = [
-        "measured",
-        "paper's filter, R = 5 I px²",
-        "ours, causal: coloured measurement noise, matched",
-        "ours, smoothed: the same, q by likelihood",
-        "limit, causal: a straight path known to be straight",
-        "limit, smoothed: the same",
-    ];
+    let labels = LABELS;
     let mut runs = vec![Vec::new(); labels.len()];
     for seed in 1..=SEEDS {
         let series = series(rho, seed);
         for (runs, estimate_px) in runs.iter_mut().zip(estimates(&series, rho, drive_variance)?) {
-            let error = |(px, mm): (&f64, &f64)| px * MM_PER_PX - mm;
-            let of_sizes = |(px, mm): (&f64, &f64)| (px * MM_PER_PX).abs() - mm.abs();
-            let pairs = || estimate_px.iter().zip(&series.truth_mm);
-            let signed = Score::of(&pairs().map(error).collect::<Vec<_>>()).mean_square();
-            runs.push((signed, Score::of(&pairs().map(of_sizes).collect::<Vec<_>>()).mean_square()));
+            runs.push(both_mean_squares(&estimate_px, &series.truth_mm));
         }
     }
     let medians: Vec<(f64, f64)> = runs

@@ -8,6 +8,10 @@ use super::score::{Score, median};
 use super::series::{MEAN_ABSOLUTE_GAUSSIAN, correlated, generator, outliers};
 use super::table::{Row, Table};
 
+mod rendered;
+
+pub use rendered::table as rendered_table;
+
 const FRAMES: usize = 200;
 const PERIOD_S: f64 = 0.1;
 /// The printed errors: mean absolute \[mm\] and "covariance" \[mm²\], measured and filtered.
@@ -59,15 +63,18 @@ pub fn tables() -> Result<Vec<Table>, SeriesError> {
     ])
 }
 
+/// The estimates of a table, in the order of [`estimates`].
+const LABELS: [&str; 6] = [
+    "image measurement",
+    "paper's filter, fixed noise, q = 7e-4 mm²/s⁴",
+    "ours, causal: learnt R, outliers bounded, q = 1e-3",
+    "ours, smoothed: the same, q by likelihood",
+    "limit, causal: constant width, mean of all before",
+    "limit, smoothed: constant width, mean of all",
+];
+
 fn table(what: &str, noise: Noise, sine_mm: f64) -> Result<Table, SeriesError> {
-    let labels = [
-        "image measurement",
-        "paper's filter, fixed noise, q = 7e-4 mm²/s⁴",
-        "ours, causal: learnt R, outliers bounded, q = 1e-3",
-        "ours, smoothed: the same, q by likelihood",
-        "limit, causal: constant width, mean of all before",
-        "limit, smoothed: constant width, mean of all",
-    ];
+    let labels = LABELS;
     let mut runs = vec![Vec::new(); labels.len()];
     for seed in 1..=SEEDS {
         let series = series(noise, sine_mm, seed);
@@ -128,14 +135,14 @@ fn estimates(series: &Series) -> Result<Vec<Vec<f64>>, SeriesError> {
         sum / f64::from(count)
     });
     let running: Vec<f64> = running.collect();
-    let mean = running[FRAMES - 1];
+    let mean = running.last().copied().unwrap_or_default();
     Ok(vec![
         series.measured.clone(),
         widths(&mut printed.filtered()),
         widths(&mut causal.filtered()),
         widths(&mut smoothed.iter()),
         running,
-        vec![mean; FRAMES],
+        vec![mean; series.measured.len()],
     ])
 }
 

@@ -1,5 +1,6 @@
 //! A recording through the tracker: frames in, rows of `path.csv` out.
 
+pub mod meltpool;
 mod rows;
 mod score;
 mod summarise;

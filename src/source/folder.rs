@@ -3,8 +3,8 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use super::gray::{Decoded, SixteenBitScale, decode, file_name};
-use super::{FrameError, FrameSource, SourceError, SourceFrame, timestamps};
+use super::gray::{Decoded, DecodedSource, SixteenBitScale, decode, file_name};
+use super::{FrameSource, SourceError, SourceFrame, timestamps};
 
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "bmp", "tif", "tiff"];
 
@@ -62,16 +62,17 @@ impl Folder {
     }
 }
 
+impl DecodedSource for Folder {
+    fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
+        let (path, time_s) = self.files.pop_front()?;
+        Some(SourceFrame { file: file_name(&path), time_s, picture: decode(&path) })
+    }
+}
+
 impl FrameSource for Folder {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let (path, time_s) = self.files.pop_front()?;
-        let file = file_name(&path);
-        let picture = decode(&path).and_then(|decoded| {
-            decoded
-                .into_gray(self.scale)
-                .ok_or_else(|| FrameError::Decode { file: file.clone(), source: "it has no pixel".into() })
-        });
-        Some(SourceFrame { file, time_s, picture })
+        let scale = self.scale;
+        self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
     fn frame_count(&self) -> Option<usize> {

@@ -5,7 +5,7 @@ use std::path::Path;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use serde::Serialize;
 
-use super::FrameError;
+use super::{FrameError, FrameSource, SourceFrame};
 use crate::frame::GrayFrame;
 
 /// More pixels than a frame may have: larger ones are decompression bombs or a mistake. Chosen: three times the
@@ -17,6 +17,25 @@ pub const LARGEST_FRAME_PIXELS: u64 = 200_000_000;
 pub enum Decoded {
     Gray8(GrayFrame),
     Gray16 { width_px: usize, height_px: usize, pixels: Vec<u16> },
+}
+
+/// A recording whose pictures can be had as they are decoded, in their full depth.
+pub trait DecodedSource: FrameSource {
+    /// The next picture; none at the end.
+    fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>>;
+}
+
+impl SourceFrame<Decoded> {
+    /// The frame in 8-bit grey under the recording's scale.
+    pub fn in_gray(self, scale: Option<SixteenBitScale>) -> SourceFrame {
+        let Self { file, time_s, picture } = self;
+        let picture = picture.and_then(|decoded| {
+            decoded
+                .into_gray(scale)
+                .ok_or_else(|| FrameError::Decode { file: file.clone(), source: "it has no pixel".into() })
+        });
+        SourceFrame { file, time_s, picture }
+    }
 }
 
 /// The grey value of a 16-bit recording that becomes 255.
@@ -39,6 +58,11 @@ impl SixteenBitScale {
             .flatten()
             .copied()
             .collect();
+        Self::from_greys(&mut greys)
+    }
+
+    /// The scale of a recording from a sample of its pixels, by the same rule; none without any.
+    pub fn from_greys(greys: &mut [u16]) -> Option<Self> {
         if greys.is_empty() {
             return None;
         }

@@ -1,9 +1,12 @@
-//! Where frames come from: a folder of images, a multi-page TIFF, a video.
+//! Where frames come from: a folder of images, a multi-page TIFF, a video; for the melt-pool sensors a NumPy stack too.
 //!
-//! Every source is a [`FrameSource`]; a live camera fits the same trait later.
+//! Every source is a [`FrameSource`]; a live camera fits the same trait later. An [`IntensitySource`] gives the same
+//! recordings in their full depth.
 
 mod folder;
 mod gray;
+mod intensity;
+mod npy;
 mod tiff_stack;
 mod timestamps;
 mod video;
@@ -11,18 +14,19 @@ mod video;
 use std::path::{Path, PathBuf};
 
 pub use gray::SixteenBitScale;
+pub use intensity::{IntensityScale, IntensitySource, open_intensity};
 
-use crate::frame::GrayFrame;
+use crate::frame::{GrayFrame, IntensityFrame};
 
 /// One frame on its way to the tracker.
 #[derive(Debug)]
-pub struct SourceFrame {
+pub struct SourceFrame<P = GrayFrame> {
     /// Name of the frame's file, or of its page or picture in a stack.
     pub file: String,
     /// Time stamp \[s\].
     pub time_s: f64,
     /// The picture, or why it could not be read.
-    pub picture: Result<GrayFrame, FrameError>,
+    pub picture: Result<P, FrameError>,
 }
 
 /// A recording, frame by frame.
@@ -58,6 +62,14 @@ pub enum SourceError {
         "{} is neither a folder of images, a multi-page TIFF nor a video that OpenCV can open: convert it to one", .0.display()
     )]
     UnknownKind(PathBuf),
+    /// A NumPy file that is no stack of frames.
+    #[error("{}: {problem}", path.display())]
+    NumPy {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and the remedy.
+        problem: String,
+    },
     /// The time stamps do not fit.
     #[error("{}: {problem}", path.display())]
     TimeStamps {
@@ -78,6 +90,12 @@ pub enum FrameError {
         file: String,
         /// The decoder's reason.
         source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A pixel is NaN or infinite.
+    #[error("{file} has a pixel that is not a finite number: replace it by its neighbours, or leave the frame out")]
+    NotFinite {
+        /// Name of the frame.
+        file: String,
     },
     /// The frame is larger than any camera's.
     #[error("{file} has {width_px} x {height_px} pixels, more than {limit} in all: crop or bin the recording", limit = gray::LARGEST_FRAME_PIXELS)]
@@ -128,9 +146,18 @@ pub struct SizeCheck {
 impl SizeCheck {
     /// The frame again, its picture replaced by [`FrameError::OtherSize`] when it is not of the first one's size.
     pub fn admit(&mut self, frame: SourceFrame) -> SourceFrame {
+        self.admit_sized(frame, |picture| (picture.width_px(), picture.height_px()))
+    }
+
+    /// As [`Self::admit`], for a frame of full depth.
+    pub fn admit_intensity(&mut self, frame: SourceFrame<IntensityFrame>) -> SourceFrame<IntensityFrame> {
+        self.admit_sized(frame, |picture| (picture.width_px(), picture.height_px()))
+    }
+
+    fn admit_sized<P>(&mut self, frame: SourceFrame<P>, size_px: impl Fn(&P) -> (usize, usize)) -> SourceFrame<P> {
         let SourceFrame { file, time_s, picture } = frame;
         let picture = picture.and_then(|picture| {
-            let got_px = (picture.width_px(), picture.height_px());
+            let got_px = size_px(&picture);
             let expected_px = *self.expected_px.get_or_insert(got_px);
             if got_px == expected_px {
                 Ok(picture)

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 
-use super::gray::{Decoded, LARGEST_FRAME_PIXELS, SixteenBitScale, check_size, file_name};
+use super::gray::{Decoded, DecodedSource, LARGEST_FRAME_PIXELS, SixteenBitScale, check_size, file_name};
 use super::{FrameError, FrameSource, SourceError, SourceFrame};
 
 /// Pages that a 16-bit recording's scale is taken from.
@@ -82,16 +82,18 @@ fn decode_page(decoder: &mut Decoder<BufReader<File>>, file: &str) -> Result<Dec
     image.and_then(Decoded::from_image).ok_or_else(|| failed("its page is cut short".into()))
 }
 
+impl DecodedSource for TiffStack {
+    fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
+        let (page, picture) = self.next_page()?;
+        let file = format!("{}[{page}]", self.name);
+        Some(SourceFrame { file, time_s: page as f64 * self.period_s, picture })
+    }
+}
+
 impl FrameSource for TiffStack {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let (page, decoded) = self.next_page()?;
-        let file = format!("{}[{page}]", self.name);
-        let picture = decoded.and_then(|decoded| {
-            decoded
-                .into_gray(self.scale)
-                .ok_or_else(|| FrameError::Decode { file: file.clone(), source: "it has no pixel".into() })
-        });
-        Some(SourceFrame { file, time_s: page as f64 * self.period_s, picture })
+        let scale = self.scale;
+        self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
     fn frame_count(&self) -> Option<usize> {

@@ -1,5 +1,6 @@
 //! The built-in scenes: the text files of `fixtures/scenarios`, and each joint's family from clean to severe.
 
+use super::pool::PoolScenario;
 use super::scenario::{Scenario, ScenarioError, Severity};
 
 macro_rules! built_in {
@@ -36,6 +37,10 @@ const SCENES: [(&str, &str); 24] = built_in![
     "du-lap",
 ];
 
+/// Scenes of a melt pool: the papers' other two sensors.
+const POOL_SCENES: [(&str, &str); 7] =
+    built_in!["pool-tip", "pool-tip-plume", "pool-tip-16bit", "pool-width", "pool-flaws", "infrared", "jiang",];
+
 /// A family's name and the scene it is made from.
 const FAMILIES: [(&str, &str); 5] = [
     ("butt", "A-butt"),
@@ -65,6 +70,22 @@ pub fn names() -> Vec<String> {
     let levels =
         FAMILIES.iter().flat_map(|(family, _)| LEVELS.iter().map(move |(level, _)| format!("{family}-{level}")));
     scene_names().into_iter().chain(levels).collect()
+}
+
+/// Names of the scenes of a melt pool.
+#[must_use]
+pub fn pool_names() -> Vec<String> {
+    POOL_SCENES.iter().map(|(name, _)| (*name).to_owned()).collect()
+}
+
+/// A built-in scene of a melt pool by its name; case does not matter.
+///
+/// # Errors
+/// When there is no such scene.
+pub fn pool_scenario(name: &str) -> Result<PoolScenario, ScenarioError> {
+    let found = POOL_SCENES.iter().find(|(scene, _)| scene.eq_ignore_ascii_case(name));
+    let (found, text) = found.ok_or_else(|| ScenarioError::Unknown(name.to_owned()))?;
+    PoolScenario::from_toml(text, found)
 }
 
 /// A built-in scene by its name; case does not matter, and the letter alone is enough where only one scene has it.

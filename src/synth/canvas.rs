@@ -45,6 +45,34 @@ impl Canvas {
         }
     }
 
+    /// Blurs the canvas by a Gaussian of standard deviation `sigma_px`; the border is continued outwards.
+    pub(super) fn blur(&mut self, sigma_px: f32) {
+        let radius = (3.0 * sigma_px).ceil() as usize;
+        let weights: Vec<f32> =
+            (0..=2 * radius).map(|i| (-0.5 * ((i as f32 - radius as f32) / sigma_px).powi(2)).exp()).collect();
+        let total: f32 = weights.iter().sum();
+        let (width, height) = (self.width_px, self.height_px);
+        let mut rows = vec![0.0; self.light.len()];
+        let mut line = vec![0.0; width + 2 * radius];
+        for (source, target) in self.light.chunks_exact(width).zip(rows.chunks_exact_mut(width)) {
+            line[..radius].fill(source[0]);
+            line[radius..radius + width].copy_from_slice(source);
+            line[radius + width..].fill(source[width - 1]);
+            for (column, value) in target.iter_mut().enumerate() {
+                let window = &line[column..=column + 2 * radius];
+                *value = window.iter().zip(&weights).map(|(light, weight)| light * weight).sum::<f32>() / total;
+            }
+        }
+        for (row, target) in self.light.chunks_exact_mut(width).enumerate() {
+            target.fill(0.0);
+            for (i, weight) in weights.iter().enumerate() {
+                let from = (row + i).saturating_sub(radius).min(height - 1);
+                let source = &rows[from * width..(from + 1) * width];
+                target.iter_mut().zip(source).for_each(|(value, light)| *value += weight / total * light);
+            }
+        }
+    }
+
     /// Applies `change(field, value)` to every pixel, the field computed on a grid of `cell_px` and interpolated
     /// bilinearly: for fields that are smooth over many pixels.
     pub(super) fn change_by_field(

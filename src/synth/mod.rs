@@ -8,6 +8,7 @@ pub mod builtin;
 mod canvas;
 mod draw;
 mod noise;
+pub mod pool;
 mod profile;
 pub mod recording;
 pub mod scenario;

@@ -28,6 +28,10 @@ pub(super) enum Component {
     Cover,
     /// The slowly changing look of a hairline joint.
     Hairline,
+    /// The ragged outline of a melt pool.
+    Outline,
+    /// The plume over a melt pool.
+    Plume,
 }
 
 /// A generator for one component of one frame.

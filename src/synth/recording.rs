@@ -8,8 +8,8 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use rayon::prelude::*;
 
+use super::pool::{PoolScenario, PoolScene};
 use super::{Scenario, ScenarioError, Scene};
-use crate::frame::GrayFrame;
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -59,6 +59,58 @@ pub fn write_recording(
     progress: impl Fn() + Sync,
 ) -> Result<(), RecordingError> {
     let scene = Scene::new(scenario, scenario.seed)?;
+    into_folder(target, force, |folder| {
+        write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
+        write_truth(&scene, scenario, &folder.join("truth.csv"))?;
+        if scenario.recorder.is_irregular() {
+            write_timestamps(&scene, &folder.join("timestamps.csv"))?;
+        }
+        let frames = folder.join("frames");
+        (0..scene.frame_count()).into_par_iter().try_for_each(|i| {
+            let frame = scene.render(i);
+            let size = (frame.width_px(), frame.height_px());
+            write_png(frame.pixels(), size, image::ExtendedColorType::L8, &frames.join(frame_name(i)))?;
+            progress();
+            Ok(())
+        })
+    })
+}
+
+/// Renders the recording of a melt pool, as [`write_recording`] does that of a stripe.
+///
+/// # Errors
+/// As [`write_recording`].
+pub fn write_pool_recording(
+    scenario: &PoolScenario,
+    target: &Path,
+    force: bool,
+    progress: impl Fn() + Sync,
+) -> Result<(), RecordingError> {
+    let scene = PoolScene::new(scenario, scenario.seed)?;
+    into_folder(target, force, |folder| {
+        write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
+        write_pool_truth(&scene, &folder.join("truth.csv"))?;
+        let frames = folder.join("frames");
+        (0..scene.frame_count()).into_par_iter().try_for_each(|i| {
+            let picture = scene.render(i);
+            let (bytes, depth): (Vec<u8>, _) = if picture.bits == 16 {
+                (picture.greys.iter().flat_map(|grey| grey.to_ne_bytes()).collect(), image::ExtendedColorType::L16)
+            } else {
+                (picture.greys.iter().map(|&grey| grey as u8).collect(), image::ExtendedColorType::L8)
+            };
+            write_png(&bytes, (picture.width_px, picture.height_px), depth, &frames.join(frame_name(i)))?;
+            progress();
+            Ok(())
+        })
+    })
+}
+
+/// Fills a private folder with an empty `frames` in it, and gives it the name `target` when it is complete.
+fn into_folder(
+    target: &Path,
+    force: bool,
+    fill: impl FnOnce(&Path) -> Result<(), RecordingError>,
+) -> Result<(), RecordingError> {
     if target.exists() {
         if !force {
             return Err(RecordingError::Exists(target.to_owned()));
@@ -74,16 +126,7 @@ pub fn write_recording(
     let folder = partial.path().join("recording");
     let frames = folder.join("frames");
     std::fs::create_dir_all(&frames).map_err(failed(&frames))?;
-    write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
-    write_truth(&scene, scenario, &folder.join("truth.csv"))?;
-    if scenario.recorder.is_irregular() {
-        write_timestamps(&scene, &folder.join("timestamps.csv"))?;
-    }
-    (0..scene.frame_count()).into_par_iter().try_for_each(|i| {
-        write_png(&scene.render(i), &frames.join(frame_name(i)))?;
-        progress();
-        Ok::<(), RecordingError>(())
-    })?;
+    fill(&folder)?;
     if target.exists() {
         std::fs::remove_dir_all(target).map_err(failed(target))?;
     }
@@ -100,10 +143,15 @@ fn failed(file: &Path) -> impl FnOnce(std::io::Error) -> RecordingError {
     move |source| RecordingError::Write { file, source }
 }
 
-fn write_png(frame: &GrayFrame, file: &Path) -> Result<(), RecordingError> {
+fn write_png(
+    bytes: &[u8],
+    (width, height): (usize, usize),
+    depth: image::ExtendedColorType,
+    file: &Path,
+) -> Result<(), RecordingError> {
     let mut writer = BufWriter::new(File::create(file).map_err(failed(file))?);
     PngEncoder::new_with_quality(&mut writer, CompressionType::Fast, FilterType::Sub)
-        .write_image(frame.pixels(), frame.width_px() as u32, frame.height_px() as u32, image::ExtendedColorType::L8)
+        .write_image(bytes, width as u32, height as u32, depth)
         .map_err(|source| RecordingError::Encode { file: file.to_owned(), source })?;
     writer.flush().map_err(failed(file))
 }
@@ -127,6 +175,22 @@ fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), Re
         );
         let gap = truth.gap_px.map_or_else(String::new, |gap_px| format!("{gap_px:.3}"));
         text += &format!("{i},{seam},{},{gap}\n", u8::from(truth.occluded));
+    }
+    write_text(file, &text)
+}
+
+/// `frame,u_px,v_px,x_mm,occluded,width_px,width_mm`: the tip and its distance from where it is first, whether no pool is
+/// to be seen, and the width; both without the melt's own motion.
+fn write_pool_truth(scene: &PoolScene, file: &Path) -> Result<(), RecordingError> {
+    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,width_px,width_mm\n");
+    let scale = scene.mm_per_px().get();
+    let across = |i: usize| scene.scenario().image.travel.across_px(scene.truth(i).tip);
+    for i in 0..scene.frame_count() {
+        let truth = scene.truth(i);
+        let (x_mm, hidden) = (scale * (across(i) - across(0)), u8::from(!truth.visible));
+        let (tip, width_px) = (truth.tip, truth.width_px);
+        text +=
+            &format!("{i},{:.4},{:.4},{x_mm:.5},{hidden},{width_px:.4},{:.5}\n", tip.u_px, tip.v_px, scale * width_px);
     }
     write_text(file, &text)
 }

@@ -69,7 +69,7 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
     write_page(path, "comparison – seamtrack", model, thumbnails.map_or(&[], Vec::as_slice), &body, max_bytes)
 }
 
-fn write_page(
+pub(super) fn write_page(
     path: &Path,
     title: &str,
     mut model: PageModel,
@@ -140,7 +140,7 @@ fn headline(verdict: &Verdict, input: &str) -> Markup {
 }
 
 /// The places the script fills. A page without script says so.
-fn plots(single: bool) -> Markup {
+pub(super) fn plots(single: bool) -> Markup {
     html! {
         noscript { p { "The plots need JavaScript; the figures below do not." } }
         main {
@@ -161,7 +161,7 @@ fn plots(single: bool) -> Markup {
     }
 }
 
-fn figures(rows: &[TableRow]) -> Markup {
+pub(super) fn figures(rows: &[TableRow]) -> Markup {
     html! {
         section.figures {
             h2 { "Errors along the stripe" }

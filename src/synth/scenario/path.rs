@@ -72,7 +72,7 @@ impl PathTerm {
     }
 
     /// What is wrong with the term, if anything.
-    pub(super) fn problem(&self) -> Option<&'static str> {
+    pub(in crate::synth) fn problem(&self) -> Option<&'static str> {
         let finite = |values: &[f64]| values.iter().all(|v| v.is_finite() && v.abs() < 1e5);
         match self {
             Self::Straight { px_per_frame } if !finite(&[*px_per_frame]) => {

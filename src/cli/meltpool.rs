@@ -1,0 +1,358 @@
+//! `seamtrack meltpool`: the tip or the width of a molten pool, frame by frame.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+use clap::{Args, ValueEnum};
+use seamtrack::eval::read_truth;
+use seamtrack::meltpool::{Measure, Noise};
+use seamtrack::report::atomic::write_atomically;
+use seamtrack::report::overlay::OverlayWriter;
+use seamtrack::report::pool::{
+    PoolCalibration, PoolErrors, PoolInput, PoolSummary, SENSOR, draw, write_pool_csv, write_pool_report,
+    write_pool_summary,
+};
+use seamtrack::report::results::{PathRow, Status};
+use seamtrack::report::summary::SCHEMA_VERSION;
+use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
+use seamtrack::run::meltpool::{PoolOutcome, PoolSettings, measure_pool};
+use seamtrack::source::{SizeCheck, open_intensity};
+use seamtrack::units::{MmPerPx, StripeAxis, Travel};
+use serde_json::json;
+
+use super::track::{exit_code, keep_copy, name_of, parse_percentage, refuse_to_draw_over, refuse_to_overwrite};
+
+/// Where the infrared paper's beam lies, equation (1) \[px\].
+const INFRARED_ZERO_PX: f64 = 268.0;
+/// Time between frames of the infrared paper and of Jiang 2016 \[s\].
+const TIP_PERIOD_S: f64 = 1e-3;
+const WIDTH_PERIOD_S: f64 = 0.1;
+
+/// Measure the tip of a molten pool, where the seam is, or its width
+#[derive(Debug, Args)]
+pub struct Meltpool {
+    /// Folders of images (png, jpg, bmp, tif), NumPy stacks (frames, rows, columns), multi-page TIFFs or videos
+    #[arg(required = true, value_name = "INPUT")]
+    inputs: Vec<PathBuf>,
+    /// What to measure
+    #[arg(long)]
+    measure: PoolMeasure,
+    /// Folder for the results; one folder a recording in it when there are several [default: results/<name>]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Where the torch travels to in the picture
+    #[arg(long, default_value = "up")]
+    travel: TravelTo,
+    /// Level between pool and surroundings: otsu (found in each frame), or a value of the recording
+    #[arg(long, value_name = "otsu|VALUE", default_value = "otsu", value_parser = parse_threshold, allow_negative_numbers = true)]
+    threshold: Level,
+    /// Scale across the travel; the default is the infrared paper's 1/114
+    #[arg(long, value_name = "MM")]
+    mm_per_px: Option<MmPerPx>,
+    /// Coordinate across the travel where the tip's offset is 0
+    #[arg(long, value_name = "PX", default_value_t = INFRARED_ZERO_PX, value_parser = parse_finite, allow_negative_numbers = true)]
+    zero: f64,
+    /// Time from frame to frame [s], for recordings without time stamps [default: 0.001 for a tip, 0.1 for a width]
+    #[arg(long, value_name = "S", value_parser = parse_period)]
+    period: Option<f64>,
+    /// The filter's noise levels: fitted to the recording, or the papers' own
+    #[arg(long, default_value = "fit")]
+    noise: NoiseFrom,
+    /// The truth (frame, u_px, v_px of the tip; width_px): errors are reported
+    #[arg(long, value_name = "FILE")]
+    truth: Option<PathBuf>,
+    /// Also draw the recording with what was measured: a folder of PNG files, or a video
+    #[arg(long, value_name = "DIR|FILE.mp4")]
+    overlay: Option<PathBuf>,
+    /// Also write trace.csv: in each frame why its value was not taken, and where it was measured
+    #[arg(long)]
+    trace: bool,
+    /// Exit with 3 when there is no value on more than this part of the frames
+    #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
+    max_unavailable: f64,
+    /// Overwrite existing results
+    #[arg(long)]
+    force: bool,
+    /// Print nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum PoolMeasure {
+    /// The corner at the pool's front: the seam, and its offset from the beam
+    Tip,
+    /// The longest cut across the travel
+    Width,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum TravelTo {
+    Up,
+    Down,
+    Left,
+    Right,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum NoiseFrom {
+    /// Scatter and motion of the recording itself
+    Fit,
+    /// As printed, whatever the recording
+    Paper,
+}
+
+/// A fixed level, or Otsu's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Level(Option<f64>);
+
+impl Meltpool {
+    /// Measures every recording; the worst exit code wins.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        let several = self.inputs.len() > 1;
+        if several && self.truth.is_some() {
+            bail!("--truth belongs to one recording: measure them one by one");
+        }
+        let jobs: Vec<(&Path, PathBuf)> =
+            self.inputs.iter().map(|input| (input.as_path(), self.target(input))).collect();
+        for (i, (input, output)) in jobs.iter().enumerate() {
+            if let Some((twin, _)) = jobs[..i].iter().find(|(_, other)| other == output) {
+                bail!(
+                    "{} and {} would both write to {}: measure them one by one with -o",
+                    twin.display(),
+                    input.display(),
+                    output.display()
+                );
+            }
+            refuse_to_overwrite(output, self.force)?;
+            refuse_to_draw_over(input, self.overlay.as_deref())?;
+        }
+        if let [(input, output)] = jobs.as_slice() {
+            return Ok(exit_code(self.measure_one(input, output)?));
+        }
+        let (mut failed, mut all_available) = (0, true);
+        for (input, output) in &jobs {
+            match self.measure_one(input, output) {
+                Ok(available) => all_available &= available,
+                Err(error) => {
+                    eprintln!("seamtrack: {}", super::one_line(&error));
+                    failed += 1;
+                }
+            }
+        }
+        if failed > 0 {
+            bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
+        }
+        Ok(exit_code(all_available))
+    }
+
+    fn target(&self, input: &Path) -> PathBuf {
+        match &self.output {
+            Some(folder) if self.inputs.len() == 1 => folder.clone(),
+            Some(folder) => folder.join(name_of(input)),
+            None => Path::new("results").join(name_of(input)),
+        }
+    }
+
+    fn settings(&self) -> PoolSettings {
+        let (measure, period_s) = match self.measure {
+            PoolMeasure::Tip => (Measure::Tip, TIP_PERIOD_S),
+            PoolMeasure::Width => (Measure::Width, WIDTH_PERIOD_S),
+        };
+        PoolSettings {
+            measure,
+            travel: match self.travel {
+                TravelTo::Up => Travel::Up,
+                TravelTo::Down => Travel::Down,
+                TravelTo::Left => Travel::Left,
+                TravelTo::Right => Travel::Right,
+            },
+            threshold: self.threshold.0,
+            mm_per_px: self.mm_per_px.unwrap_or(MmPerPx::INFRARED),
+            zero_px: if measure == Measure::Tip { self.zero } else { 0.0 },
+            period_s: self.period.unwrap_or(period_s),
+            noise: match self.noise {
+                NoiseFrom::Fit => Noise::Fit,
+                NoiseFrom::Paper => Noise::Paper,
+            },
+        }
+    }
+
+    /// Measures one recording; whether there was a value often enough.
+    fn measure_one(&self, input: &Path, output: &Path) -> anyhow::Result<bool> {
+        let settings = self.settings();
+        let source = open_intensity(input, settings.period_s)?;
+        let kind = source.kind();
+        std::fs::create_dir_all(output).with_context(|| format!("cannot make the folder {}", output.display()))?;
+        let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
+        let outcome = measure_pool(source, &settings, |seen| match seen.picture {
+            Err(error) => eprintln!("seamtrack: frame {}: {error}", seen.frame),
+            Ok(to_gray) => {
+                let status = if seen.is_measured { Status::Tracked } else { Status::Coasting };
+                let row = PathRow::empty(seen.frame, String::new(), 0.0, status);
+                thumbnails.offer(&row, &to_gray(), &seen.marks.to_frame_marks());
+            }
+        });
+        let outcome = outcome.with_context(|| input.display().to_string())?;
+        let errors = self.truth.as_deref().map(|file| errors(file, &settings, &outcome)).transpose()?;
+        write_pool_csv(&output.join("path.csv"), &outcome.rows)?;
+        let summary = self.summary(input, kind, &settings, &outcome, errors)?;
+        write_pool_summary(&output.join("summary.json"), &summary)?;
+        let truth_copy = output.join(seamtrack::report::truth::FILE_NAME);
+        match &self.truth {
+            Some(file) => keep_copy(file, &truth_copy)?,
+            None if truth_copy.exists() => std::fs::remove_file(&truth_copy)?,
+            None => {}
+        }
+        if self.trace {
+            write_trace(&output.join("trace.csv"), &outcome)?;
+        }
+        thumbnails.write(output)?;
+        write_pool_report(output)?;
+        if let Some(overlay) = &self.overlay {
+            let target = if self.inputs.len() == 1 { overlay.clone() } else { overlay.join(name_of(input)) };
+            draw_overlay(input, &target, &settings, &outcome)?;
+        }
+        if !self.quiet {
+            print!("{}", text(&outcome, &summary));
+            println!("results: {}", output.join("report.html").display());
+        }
+        Ok(100.0 * outcome.unavailable_frames() as f64 <= self.max_unavailable * outcome.rows.len() as f64)
+    }
+
+    fn summary(
+        &self,
+        input: &Path,
+        kind: &str,
+        settings: &PoolSettings,
+        outcome: &PoolOutcome,
+        errors: Option<PoolErrors>,
+    ) -> anyhow::Result<PoolSummary> {
+        Ok(PoolSummary {
+            schema_version: SCHEMA_VERSION,
+            program: format!("seamtrack {}", env!("CARGO_PKG_VERSION")),
+            sensor: SENSOR.into(),
+            input: PoolInput {
+                path: input.to_string_lossy().into_owned(),
+                width_px: outcome.size_px.0,
+                height_px: outcome.size_px.1,
+                kind: kind.into(),
+                scale: serde_json::to_value(outcome.scale)?,
+            },
+            config: serde_json::to_value(settings)?,
+            calibration: PoolCalibration { mm_per_px: settings.mm_per_px, zero_px: settings.zero_px },
+            noise: json!({
+                "measurement_px2": outcome.noise.measurement_px2,
+                "drive": outcome.noise.drive,
+                "drive_unit": match settings.measure { Measure::Tip => "px2/frame4", Measure::Width => "px2/s4" },
+                "from": if outcome.noise_is_fitted { "the recording" } else { "the paper" },
+            }),
+            frames: outcome.counts,
+            refused: outcome.refused(),
+            max_unavailable_pct: self.max_unavailable,
+            timing: outcome.timing,
+            errors,
+        })
+    }
+}
+
+/// The errors against a truth file: the tip's coordinate across the travel, or the width.
+fn errors(file: &Path, settings: &PoolSettings, outcome: &PoolOutcome) -> anyhow::Result<PoolErrors> {
+    let mut truth_px = vec![None; outcome.rows.len()];
+    match settings.measure {
+        Measure::Tip => {
+            let axis = if settings.travel.is_along_columns() { StripeAxis::Horizontal } else { StripeAxis::Vertical };
+            for row in read_truth(file)? {
+                if let Some(place) = truth_px.get_mut(row.frame) {
+                    *place = row.along_px(axis);
+                }
+            }
+        }
+        Measure::Width => {
+            for (frame, width_px) in seamtrack::report::pool::read_true_widths(file)? {
+                if let Some(place) = truth_px.get_mut(frame) {
+                    *place = width_px;
+                }
+            }
+        }
+    }
+    if truth_px.iter().all(Option::is_none) {
+        bail!("{} has no frame of this recording", file.display());
+    }
+    Ok(outcome.errors(&truth_px, settings.mm_per_px))
+}
+
+/// Reads the recording a second time and draws the finished path into it.
+fn draw_overlay(input: &Path, target: &Path, settings: &PoolSettings, outcome: &PoolOutcome) -> anyhow::Result<()> {
+    let mut writer = OverlayWriter::create(target, 1.0 / settings.period_s)?;
+    let mut source = open_intensity(input, settings.period_s)?;
+    let mut sizes = SizeCheck::default();
+    for ((row, marks), refusal) in outcome.rows.iter().zip(&outcome.marks).zip(&outcome.refusals) {
+        let Some(frame) = source.next_frame() else { break };
+        if let Ok(picture) = sizes.admit_intensity(frame).picture {
+            let note = refusal.map_or("", |refusal| refusal.name());
+            draw(&mut writer, &picture.to_gray(), row, marks, note)?;
+        }
+    }
+    Ok(writer.finish()?)
+}
+
+fn write_trace(path: &Path, outcome: &PoolOutcome) -> anyhow::Result<()> {
+    write_atomically(path, |file| {
+        let mut csv = csv::Writer::from_writer(file);
+        csv.write_record(["frame", "refused", "u1_px", "v1_px", "u2_px", "v2_px"])?;
+        for ((row, refusal), marks) in outcome.rows.iter().zip(&outcome.refusals).zip(&outcome.marks) {
+            let places = marks.measured.map(|[a, b]| [a.u_px, a.v_px, b.u_px, b.v_px]);
+            let cell = |i: usize| places.map_or(String::new(), |places| format!("{:.3}", places[i]));
+            let reason = refusal.map_or("", |refusal| refusal.name());
+            csv.write_record([&row.frame.to_string(), reason, &cell(0), &cell(1), &cell(2), &cell(3)])?;
+        }
+        csv.flush()
+    })?;
+    Ok(())
+}
+
+fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
+    let counts = &outcome.counts;
+    let mut text = format!(
+        "measured in {} of {} frames, predicted in {}, no value in {}\n",
+        counts.tracked,
+        counts.total,
+        counts.coasting,
+        counts.total - counts.tracked - counts.coasting
+    );
+    for (reason, frames) in outcome.refused() {
+        text += &format!("  not taken, {reason}: {frames}\n");
+    }
+    let from = if outcome.noise_is_fitted { "the recording" } else { "the paper" };
+    text += &format!("  one measurement scatters by {:.3} px ({from})\n", outcome.noise.measurement_px2.sqrt());
+    if let Some(errors) = &summary.errors {
+        for (name, errors) in
+            [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)]
+        {
+            if let Some(e) = errors {
+                text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae_mm, e.max_mm);
+            }
+        }
+    }
+    text
+}
+
+fn parse_threshold(text: &str) -> Result<Level, String> {
+    if text == "otsu" {
+        return Ok(Level(None));
+    }
+    parse_finite(text).map(|value| Level(Some(value))).map_err(|_| "expected otsu, or a value of the recording".into())
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "expected a number".into())
+}
+
+fn parse_period(text: &str) -> Result<f64, String> {
+    parse_finite(text)
+        .ok()
+        .filter(|&period_s| period_s > 0.0)
+        .ok_or_else(|| "expected a time above 0 in seconds".into())
+}

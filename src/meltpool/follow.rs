@@ -1,0 +1,334 @@
+//! A measured series through its paper's filter: what is known in each frame, and afterwards given all of them.
+
+use serde::{Deserialize, Serialize};
+
+use super::Measure;
+use super::noise::NoiseLevels;
+use super::refusal::Refusal;
+use crate::kalman::adaptive::{NoiseAdaptation, complete_frames_gate};
+use crate::kalman::{Frame, Gaussian, Model, SeriesError, Trajectory, smoother};
+
+/// Two first values lie within so many σ of their difference, or they do not start the filter; chosen.
+const START_SIGMAS: f64 = 6.0;
+/// So far apart they may be at any noise \[px\]; chosen: a recording may be quiet in one part and lively in another.
+const START_PX: f64 = 2.0;
+/// A value farther than so many σ of its innovation is refused; chosen: one in two million by chance. Nearer ones are
+/// bounded by the filter's own gate.
+const REFUSE_SIGMAS: f64 = 5.0;
+/// So many refused values in a row that agree among themselves start the filter anew; chosen, as the seam tracker's.
+const RESTART_AFTER: usize = 5;
+/// Frames without a value for which the prediction is still given; chosen, as the seam tracker's.
+const MOST_COASTING: usize = 20;
+/// A prediction whose σ exceeds so many σ of a measurement is none any more; chosen: a pool that changes fast cannot be
+/// predicted for long.
+const MOST_COASTING_SIGMAS: f64 = 6.0;
+
+/// What is known of the measure in one frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Status {
+    /// Not found yet.
+    Seeking,
+    /// Measured in this frame.
+    Tracked,
+    /// Predicted; σ grows.
+    Coasting,
+    /// Not seen for too long: no value.
+    Lost,
+    /// The frame could not be read.
+    Unreadable,
+}
+
+/// One frame of the series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Reading {
+    /// Time stamp \[s\], rising.
+    pub time_s: f64,
+    /// The measured value \[px\], or why there is none.
+    pub value_px: Result<f64, Refusal>,
+}
+
+/// A value and one σ of it.
+pub type Estimated = (f64, f64);
+
+/// What is known in one frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Followed {
+    /// How it is known.
+    pub status: Status,
+    /// The filter's value and σ \[px\], unless seeking, lost or unreadable.
+    pub filtered: Option<Estimated>,
+    /// Normalised innovation squared over the rows measured, of a value that was taken.
+    pub nis: Option<f64>,
+    /// The value and σ given the whole recording \[px\], from the first to the last value of a stretch.
+    pub smooth: Option<Estimated>,
+    /// Why the frame's value was not taken.
+    pub refused: Option<Refusal>,
+}
+
+/// A followed series.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Path {
+    /// One a frame.
+    pub frames: Vec<Followed>,
+    /// The noise levels that the filter ran with.
+    pub noise: NoiseLevels,
+}
+
+/// Follows a series with its paper's filter: the tip with coloured process noise, the width with a measurement noise
+/// learnt on the way.
+///
+/// # Errors
+/// When time stamps do not rise, or a noise level is no variance.
+pub fn follow(measure: Measure, readings: &[Reading], noise: NoiseLevels, period_s: f64) -> Result<Path, SeriesError> {
+    let invalid = |reason| SeriesError::InvalidFrame { frame: 0, reason };
+    let frames = match measure {
+        Measure::Tip => Follower::run(&noise.tip_model(period_s).map_err(invalid)?, false, readings, noise)?,
+        Measure::Width => Follower::run(&noise.width_model().map_err(invalid)?, true, readings, noise)?,
+    };
+    Ok(Path { frames, noise })
+}
+
+/// A stretch over which the filter ran without a restart.
+struct Stretch<const N: usize> {
+    /// Frame of the trajectory's start.
+    first: usize,
+    trajectory: Trajectory<N, 2>,
+    adaptation: Option<NoiseAdaptation<2>>,
+    /// The last frame whose value was taken, and that value.
+    last: (usize, f64),
+}
+
+struct Follower<'a, const N: usize, const P: usize, T: Model<N, 2, P>> {
+    model: &'a T,
+    learns: bool,
+    readings: &'a [Reading],
+    sigma_px: f64,
+    frames: Vec<Followed>,
+    stretch: Option<Stretch<N>>,
+    seen: bool,
+    outliers: Vec<f64>,
+}
+
+impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T> {
+    fn run(
+        model: &'a T,
+        learns: bool,
+        readings: &'a [Reading],
+        noise: NoiseLevels,
+    ) -> Result<Vec<Followed>, SeriesError> {
+        let mut follower = Self {
+            model,
+            learns,
+            readings,
+            sigma_px: noise.measurement_px2.sqrt(),
+            frames: Vec::with_capacity(readings.len()),
+            stretch: None,
+            seen: false,
+            outliers: vec![],
+        };
+        for k in 0..readings.len() {
+            let followed = follower.step(k)?;
+            follower.frames.push(followed);
+        }
+        follower.close();
+        Ok(follower.frames)
+    }
+
+    fn step(&mut self, k: usize) -> Result<Followed, SeriesError> {
+        let value = self.readings[k].value_px;
+        if self.outliers_agree() {
+            self.close();
+        }
+        let Some(mut stretch) = self.stretch.take() else { return self.seek(k) };
+        let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
+        let (taken, refused) = match value {
+            Err(refusal) => (None, Some(refusal)),
+            Ok(value) if self.is_outlier(&stretch, k, dt_s, value)? => {
+                if self.outliers.len() == RESTART_AFTER {
+                    self.outliers.remove(0);
+                }
+                self.outliers.push(value);
+                (None, Some(Refusal::Outlier))
+            }
+            Ok(value) => (Some(value), None),
+        };
+        let before = Some(stretch.last).filter(|&(frame, _)| frame + 1 == k);
+        let displacement = taken.zip(before).map(|(now, (_, before))| now - before);
+        let space = |dt_s| {
+            let space = self.model.space_over(dt_s)?;
+            Ok(stretch.adaptation.map_or(space, |adaptation| space.with_R(adaptation.R())))
+        };
+        let frame = Frame::new(dt_s, [taken, displacement]);
+        let step =
+            *stretch.trajectory.push(&frame, space, Some(complete_frames_gate())).map_err(|error| error.at_frame(k))?;
+        if let Some(adaptation) = &mut stretch.adaptation {
+            adaptation.learn(&step);
+        }
+        if let Some(value) = taken {
+            stretch.last = (k, value);
+            self.outliers.clear();
+        }
+        let sigma_px = estimated(&step.update.posterior).1;
+        let is_vague = taken.is_none() && sigma_px > MOST_COASTING_SIGMAS * self.sigma_px;
+        if is_vague || k - stretch.last.0 > MOST_COASTING {
+            self.stretch = Some(stretch);
+            self.close();
+            return Ok(self.without_value(value, refused));
+        }
+        self.stretch = Some(stretch);
+        let status = match (taken, refused) {
+            (Some(_), _) => Status::Tracked,
+            (None, Some(Refusal::Unreadable)) => Status::Unreadable,
+            (None, _) => Status::Coasting,
+        };
+        let filtered = (status != Status::Unreadable).then(|| estimated(&step.update.posterior));
+        Ok(Followed { status, filtered, nis: step.update.nis, smooth: None, refused })
+    }
+
+    /// Starts from this frame and the one before, if both have values that agree.
+    fn seek(&mut self, k: usize) -> Result<Followed, SeriesError> {
+        let value = self.readings[k].value_px;
+        let pair = k.checked_sub(1).and_then(|before| Some((self.readings[before].value_px.ok()?, value.ok()?)));
+        let agree = |(z0, z1): &(f64, f64)| (z1 - z0).abs() <= self.tolerance_px();
+        let Some((z0, z1)) = pair.filter(agree) else { return Ok(self.without_value(value, value.err())) };
+        let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
+        let frames = [z0, z1].map(|z| Frame::new(dt_s, [Some(z), None]));
+        let (start, _) = self.model.start_of(&frames).map_err(|error| error.at_frame(k))?;
+        let space = self.model.space_over(dt_s).map_err(|reason| SeriesError::InvalidFrame { frame: k, reason })?;
+        self.stretch = Some(Stretch {
+            first: k,
+            trajectory: Trajectory { start, steps: vec![] },
+            adaptation: self.learns.then(|| NoiseAdaptation::new(&space.R)),
+            last: (k, z1),
+        });
+        self.seen = true;
+        Ok(Followed {
+            status: Status::Tracked,
+            filtered: Some(estimated(&start)),
+            nis: None,
+            smooth: None,
+            refused: None,
+        })
+    }
+
+    /// How far two values that belong together may differ \[px\].
+    fn tolerance_px(&self) -> f64 {
+        START_PX.max(START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px)
+    }
+
+    /// Whether enough values were refused in a row that agree among themselves.
+    fn outliers_agree(&self) -> bool {
+        let ends = self
+            .outliers
+            .iter()
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), &value| (value.min(low), value.max(high)));
+        self.outliers.len() == RESTART_AFTER && ends.1 - ends.0 <= self.tolerance_px()
+    }
+
+    fn is_outlier(&self, stretch: &Stretch<N>, k: usize, dt_s: f64, value: f64) -> Result<bool, SeriesError> {
+        let invalid = |reason| SeriesError::InvalidFrame { frame: k, reason };
+        let space = self.model.space_over(dt_s).map_err(invalid)?;
+        let measurement = stretch.adaptation.map_or(space.R, |adaptation| adaptation.R())[(0, 0)];
+        let state = stretch.trajectory.steps.last().map_or(stretch.trajectory.start, |step| step.update.posterior);
+        let prior = state.predict(&space);
+        let variance = prior.P[(0, 0)] + measurement;
+        Ok((value - prior.x[0]).powi(2) > REFUSE_SIGMAS * REFUSE_SIGMAS * variance)
+    }
+
+    /// A frame without any value.
+    fn without_value(&self, value: Result<f64, Refusal>, refused: Option<Refusal>) -> Followed {
+        let status = match value {
+            Err(Refusal::Unreadable) => Status::Unreadable,
+            _ if self.seen => Status::Lost,
+            _ => Status::Seeking,
+        };
+        Followed { status, filtered: None, nis: None, smooth: None, refused }
+    }
+
+    /// Ends the stretch: its frames get their smoothed values.
+    fn close(&mut self) {
+        self.outliers.clear();
+        let Some(mut stretch) = self.stretch.take() else { return };
+        stretch.trajectory.steps.truncate(stretch.last.0 - stretch.first);
+        let smoothed = smoother::bryson_frazier(&stretch.trajectory);
+        for (frame, state) in (stretch.first..).zip(&smoothed) {
+            if let Some(followed) = self.frames.get_mut(frame) {
+                followed.smooth = Some(estimated(state));
+            }
+        }
+    }
+}
+
+fn estimated<const N: usize>(state: &Gaussian<N>) -> Estimated {
+    (state.x[0], state.P[(0, 0)].max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const NOISE: NoiseLevels = NoiseLevels { measurement_px2: 0.04, drive: 1e-4 };
+
+    /// A tip that moves by 0.1 px a frame, but for the frames of `change`.
+    fn followed(frames: usize, change: impl Fn(usize) -> Option<Result<f64, Refusal>>) -> Vec<Followed> {
+        let reading = |k: usize| {
+            let wobble = if k.is_multiple_of(2) { 0.1 } else { -0.1 };
+            let value_px = change(k).unwrap_or(Ok(100.0 + 0.1 * k as f64 + wobble));
+            Reading { time_s: k as f64 * 1e-3, value_px }
+        };
+        follow(Measure::Tip, &(0..frames).map(reading).collect::<Vec<_>>(), NOISE, 1e-3).unwrap().frames
+    }
+
+    fn statuses(frames: &[Followed]) -> String {
+        let letter = |frame: &Followed| match frame.status {
+            Status::Seeking => 's',
+            Status::Tracked => 't',
+            Status::Coasting => 'c',
+            Status::Lost => 'l',
+            Status::Unreadable => 'u',
+        };
+        frames.iter().map(letter).collect()
+    }
+
+    #[test]
+    fn two_values_start_it_a_gap_is_predicted_with_growing_sigma_and_bridged_by_the_smoother() {
+        let frames = followed(40, |k| (k < 3 || (20..25).contains(&k)).then_some(Err(Refusal::NoPool)));
+        assert_eq!(statuses(&frames), "sssstttttttttttttttt".to_owned() + "ccccc" + "ttttttttttttttt");
+        let sigma = |k: usize| frames[k].filtered.unwrap().1;
+        assert!((20..25).all(|k| sigma(k) > sigma(k - 1)) && sigma(26) < sigma(24));
+        assert!(frames[4..].iter().all(|frame| frame.smooth.is_some()) && frames[3].smooth.is_none());
+        assert!((frames[22].smooth.unwrap().0 - 102.2).abs() < 0.2);
+        assert_eq!((frames[22].nis, frames[22].refused), (None, Some(Refusal::NoPool)));
+    }
+
+    #[test]
+    fn a_stray_value_is_refused_and_does_not_move_the_estimate() {
+        let frames = followed(30, |k| (k == 20).then_some(Ok(140.0)));
+        assert_eq!((frames[20].status, frames[20].refused), (Status::Coasting, Some(Refusal::Outlier)));
+        assert!((frames[20].filtered.unwrap().0 - 102.0).abs() < 0.3);
+    }
+
+    #[test]
+    fn a_lasting_jump_starts_it_anew_but_scattered_strays_do_not() {
+        let jumped = followed(40, |k| (k >= 20).then_some(Ok(140.0 + 0.02 * (k % 3) as f64)));
+        assert_eq!(statuses(&jumped[18..27]), "ttccccctt");
+        assert!((jumped[30].filtered.unwrap().0 - 140.0).abs() < 0.2);
+        let scattered = followed(40, |k| (20..27).contains(&k).then_some(Ok(140.0 + 9.0 * (k % 4) as f64)));
+        assert_eq!(statuses(&scattered[18..29]), "ttccccccctt");
+    }
+
+    #[test]
+    fn what_stays_away_is_lost_and_found_again() {
+        let frames = followed(70, |k| (20..50).contains(&k).then_some(Err(Refusal::NoPool)));
+        assert_eq!(statuses(&frames[19..21]), "tc");
+        assert_eq!((frames[45].status, frames[45].filtered, frames[45].smooth), (Status::Lost, None, None));
+        assert_eq!(statuses(&frames[49..53]), "lltt");
+    }
+
+    #[test]
+    fn a_series_without_a_value_is_sought_to_its_end() {
+        assert_eq!(statuses(&followed(4, |_| Some(Err(Refusal::Unreadable)))), "uuuu");
+        assert_eq!(statuses(&followed(4, |_| Some(Err(Refusal::Saturated)))), "ssss");
+    }
+}

@@ -1,0 +1,34 @@
+//! The true widths of a made-up pool.
+
+use std::path::Path;
+
+use crate::report::atomic::ResultsError;
+
+/// Frame and true width \[px\] of each line of a truth file with the columns `frame` and `width_px`; none where the pool
+/// cannot be seen.
+///
+/// # Errors
+/// When the file cannot be read, lacks a column, or holds what is no number.
+pub fn read_true_widths(path: &Path) -> Result<Vec<(usize, Option<f64>)>, ResultsError> {
+    let file = std::fs::File::open(path).map_err(|source| ResultsError::Read { path: path.to_owned(), source })?;
+    let mut reader = csv::Reader::from_reader(std::io::BufReader::new(file));
+    let headers = reader.headers().map_err(|error| ResultsError::content(path, error))?.clone();
+    let column = |name: &str| {
+        let missing = || ResultsError::content(path, format!("the first line names no column {name}: add it"));
+        headers.iter().position(|header| header.trim() == name).ok_or_else(missing)
+    };
+    let (frame, width) = (column("frame")?, column("width_px")?);
+    let mut widths = vec![];
+    for (line, record) in reader.records().enumerate() {
+        let record = record.map_err(|error| ResultsError::content(path, error))?;
+        let cell = |column: usize| record.get(column).unwrap_or_default().trim();
+        let wrong = |what: &str| ResultsError::content(path, format!("line {}: {what:?} is no number", line + 2));
+        let number: usize = cell(frame).parse().map_err(|_| wrong(cell(frame)))?;
+        let width_px = match cell(width) {
+            "" => None,
+            text => Some(text.parse().ok().filter(|w: &f64| w.is_finite()).ok_or_else(|| wrong(text))?),
+        };
+        widths.push((number, width_px));
+    }
+    Ok(widths)
+}

@@ -1,0 +1,129 @@
+//! Recordings in their full depth, for sensors that read temperatures rather than a stripe.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::gray::{Decoded, DecodedSource, SixteenBitScale};
+use super::{FrameError, FrameSource, SourceError, SourceFrame, folder, npy, tiff_stack, video};
+use crate::frame::IntensityFrame;
+
+/// How the values of a recording become intensities: black becomes 0, white 1, the same for every frame.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct IntensityScale {
+    /// The value that becomes 0.
+    pub black: f64,
+    /// The value that becomes 1.
+    pub white: f64,
+    /// Whether a pixel at white has lost its true value: so with integers, not with floating-point numbers.
+    pub saturates: bool,
+    /// How black and white were found.
+    pub rule: &'static str,
+}
+
+impl IntensityScale {
+    /// Grey values of 8 bits.
+    pub const EIGHT_BITS: Self = Self { black: 0.0, white: 255.0, saturates: true, rule: "8 bits: 255 is white" };
+
+    /// Grey values of up to 16 bits.
+    #[must_use]
+    pub fn of_sixteen_bits(scale: SixteenBitScale) -> Self {
+        Self {
+            black: 0.0,
+            white: f64::from(scale.white),
+            saturates: true,
+            rule: "16 bits: white is the end of the bit depth (8, 10, 12, 14, 16) that holds 99.9 % of the sampled pixels",
+        }
+    }
+
+    /// The intensity of a value.
+    #[must_use]
+    pub fn intensity(&self, value: f64) -> f32 {
+        ((value - self.black) / (self.white - self.black)) as f32
+    }
+}
+
+/// A recording of full depth, frame by frame.
+pub trait IntensitySource: Send {
+    /// The next frame; none at the end.
+    fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>>;
+    /// Number of frames, where it is known.
+    fn frame_count(&self) -> Option<usize>;
+    /// What kind of recording this is, in a word.
+    fn kind(&self) -> &'static str;
+    /// The scale of all its frames.
+    fn scale(&self) -> IntensityScale;
+}
+
+/// Opens a folder of images, a multi-page TIFF, a video, or a NumPy stack (frames, rows, columns), in its full depth.
+///
+/// # Errors
+/// As [`super::open`], and when a NumPy file is no stack of frames.
+pub fn open_intensity(path: &Path, period_s: f64) -> Result<Box<dyn IntensitySource>, SourceError> {
+    let metadata = std::fs::metadata(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
+    if metadata.is_dir() {
+        return Ok(Box::new(Pictures(folder::Folder::open(path, period_s)?)));
+    }
+    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
+    match extension.as_deref() {
+        Some("npy") => Ok(Box::new(npy::NpyStack::open(path, period_s)?)),
+        Some("tif" | "tiff") => Ok(Box::new(Pictures(tiff_stack::TiffStack::open(path, period_s)?))),
+        Some("png" | "jpg" | "jpeg" | "bmp") => Ok(Box::new(Pictures(folder::Folder::single(path)))),
+        _ => Ok(Box::new(Grey(video::Video::open(path, period_s)?))),
+    }
+}
+
+/// Pictures of 8 or 16 bits.
+struct Pictures<S>(S);
+
+impl<S: DecodedSource> IntensitySource for Pictures<S> {
+    fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>> {
+        let scale = self.scale();
+        let SourceFrame { file, time_s, picture } = self.0.next_decoded()?;
+        let picture = picture.and_then(|decoded| {
+            let frame = match decoded {
+                Decoded::Gray8(frame) => return Ok(IntensityFrame::from(&frame)),
+                Decoded::Gray16 { width_px, height_px, pixels } => {
+                    let light = pixels.iter().map(|&grey| scale.intensity(f64::from(grey))).collect();
+                    IntensityFrame::new(width_px, height_px, light)
+                }
+            };
+            frame.map_err(|error| FrameError::Decode { file: file.clone(), source: Box::new(error) })
+        });
+        Some(SourceFrame { file, time_s, picture })
+    }
+
+    fn frame_count(&self) -> Option<usize> {
+        self.0.frame_count()
+    }
+
+    fn kind(&self) -> &'static str {
+        self.0.kind()
+    }
+
+    fn scale(&self) -> IntensityScale {
+        self.0.sixteen_bit_scale().map_or(IntensityScale::EIGHT_BITS, IntensityScale::of_sixteen_bits)
+    }
+}
+
+/// A source that has 8 bits only.
+struct Grey<S>(S);
+
+impl<S: FrameSource> IntensitySource for Grey<S> {
+    fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>> {
+        let SourceFrame { file, time_s, picture } = self.0.next_frame()?;
+        Some(SourceFrame { file, time_s, picture: picture.map(|frame| IntensityFrame::from(&frame)) })
+    }
+
+    fn frame_count(&self) -> Option<usize> {
+        self.0.frame_count()
+    }
+
+    fn kind(&self) -> &'static str {
+        self.0.kind()
+    }
+
+    fn scale(&self) -> IntensityScale {
+        IntensityScale::EIGHT_BITS
+    }
+}
