@@ -3,8 +3,9 @@
 
 CARGO ?= cargo
 SEEDS ?= 1-5
+ABLATION_SEEDS ?= 11-13
 
-.PHONY: demo test build setup checks bench regress peers scenes clean
+.PHONY: demo test build setup checks bench regress ablation peers scenes clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -41,6 +42,10 @@ bench: setup
 # All built-in scenes over several seeds, one table.
 regress: setup
 	$(CARGO) run --release --example regress -- --seeds $(SEEDS)
+
+# What each part of the robust method is worth: it is taken away, and the table printed.
+ablation: setup
+	$(CARGO) run --release --example ablation -- --seeds $(ABLATION_SEEDS)
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup

@@ -82,7 +82,7 @@ fn best_path(reward: &[f32], rows: usize) -> Vec<usize> {
     let mut from = vec![0u32; columns * rows];
     for (column, reward) in reward.chunks_exact(rows).enumerate().skip(1) {
         let best = largest(&sum);
-        for v in 0..rows {
+        for (v, out) in next.iter_mut().enumerate() {
             let mut origin = (best, sum[best] - JUMP_PRICE);
             for w in v.saturating_sub(STEEPEST)..(v + STEEPEST + 1).min(rows) {
                 let value = sum[w] - BEND_PRICE * v.abs_diff(w) as f32;
@@ -90,7 +90,7 @@ fn best_path(reward: &[f32], rows: usize) -> Vec<usize> {
                     origin = (w, value);
                 }
             }
-            next[v] = origin.1 + reward[v];
+            *out = origin.1 + reward[v];
             from[column * rows + v] = origin.0 as u32;
         }
         std::mem::swap(&mut sum, &mut next);
@@ -110,7 +110,10 @@ fn largest(values: &[f32]) -> usize {
 mod tests {
     use super::*;
 
-    fn frame(stripes: &[(f64, &dyn Fn(f64) -> Option<f64>)]) -> GrayFrame {
+    /// Brightness and row of a stripe.
+    type Stripe<'a> = (f64, &'a dyn Fn(f64) -> Option<f64>);
+
+    fn frame(stripes: &[Stripe<'_>]) -> GrayFrame {
         let mut frame = GrayFrame::filled(320, 240, 0).unwrap();
         for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
             let (u, v) = ((i % 320) as f64, (i / 320) as f64);

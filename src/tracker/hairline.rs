@@ -31,9 +31,9 @@ const OUTSIDE_NATS: f32 = -20.0;
 /// A seam is confirmed when the probabilities that it exists, and where, have been this high for so many frames.
 /// Painted-over controls stay below 0.01, in severe arcs below 0.3.
 const CONFIRM_PRESENCE: f64 = 0.99;
-const CONFIRM_CONFIDENCE: f64 = 0.9;
+const CONFIRM_CONFIDENCE: f64 = 0.95;
 const CONFIRM_FRAMES: u32 = 3;
-/// Below either of these a confirmed seam is doubtful, and below the last it has ended.
+/// Below either of these a confirmed seam is doubtful until it is convincing again, and below the last it has ended.
 const CLEAR_PRESENCE: f64 = 0.5;
 const CLEAR_CONFIDENCE: f64 = 0.9;
 const GIVE_UP_PRESENCE: f64 = 0.05;
@@ -78,6 +78,7 @@ pub struct HairlineTracker {
     evidence: EvidenceRow,
     convinced_frames: u32,
     confirmed: bool,
+    clear: bool,
 }
 
 impl HairlineTracker {
@@ -103,6 +104,11 @@ impl HairlineTracker {
         if was_confirmed && !self.confirmed {
             self.template.forget();
         }
+        // After a doubt, a few lucky frames at another place must not pass for the seam.
+        self.clear = self.confirmed
+            && estimate.presence >= CLEAR_PRESENCE
+            && estimate.confidence >= CLEAR_CONFIDENCE
+            && (self.clear || self.convinced_frames >= CONFIRM_FRAMES);
         if convinced && may_learn(band, score, estimate.u_px) {
             self.template.learn(estimate.u_px);
         }
@@ -112,10 +118,10 @@ impl HairlineTracker {
             observation: grid.local_observation(estimate.u_px),
             presence: if !self.confirmed {
                 SeamPresence::Seeking
-            } else if estimate.presence < CLEAR_PRESENCE || estimate.confidence < CLEAR_CONFIDENCE {
-                SeamPresence::Doubtful
-            } else {
+            } else if self.clear {
                 SeamPresence::Present
+            } else {
+                SeamPresence::Doubtful
             },
         })
     }

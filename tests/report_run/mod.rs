@@ -158,6 +158,7 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             kind: "butt".into(),
             decided_at_frame: Some(3),
             reason: "two facing edges with a 13 px gap".into(),
+            later: vec![],
         },
         timing: Timing {
             decode_ms: Percentiles { p50: 1.9, p99: 3.2, max: 6.4 },

@@ -177,7 +177,7 @@ impl RobustTracker {
                 (Eye::Geometry(eye), sighting, kind, reason)
             }
             Found::Hairline { tracker, sighting, reason } => {
-                (Eye::Hairline(Box::new(HairlineEye::new(*tracker))), sighting, JointKind::Butt, reason)
+                (Eye::Hairline(Box::new(HairlineEye::new(*tracker))), *sighting, JointKind::Butt, reason)
             }
         };
         let Sighting { centre, variance_px2, evidence, section, .. } = sighting;

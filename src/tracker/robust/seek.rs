@@ -53,7 +53,7 @@ pub enum Found {
         /// The tracker that found it.
         tracker: Box<HairlineTracker>,
         /// Its place.
-        sighting: Sighting,
+        sighting: Box<Sighting>,
         /// Why it is one.
         reason: String,
     },
@@ -116,14 +116,14 @@ impl Seeker {
         {
             return Found::Hairline {
                 tracker: Box::new(std::mem::take(&mut self.hairline)),
-                sighting: Sighting {
+                sighting: Box::new(Sighting {
                     centre: estimate.seam,
                     variance_px2: estimate.grid.sd_px.powi(2),
                     clear: true,
                     evidence: Evidence { presence: Some(estimate.grid.presence), ..Evidence::NONE },
                     section: None,
                     fit: None,
-                },
+                }),
                 reason: "one straight stripe with a hairline break that moves as a seam does".into(),
             };
         }
