@@ -84,8 +84,9 @@ fn best_path(reward: &[f32], rows: usize) -> Vec<usize> {
         let best = largest(&sum);
         for (v, out) in next.iter_mut().enumerate() {
             let mut origin = (best, sum[best] - JUMP_PRICE);
-            for w in v.saturating_sub(STEEPEST)..(v + STEEPEST + 1).min(rows) {
-                let value = sum[w] - BEND_PRICE * v.abs_diff(w) as f32;
+            let near = v.saturating_sub(STEEPEST)..(v + STEEPEST + 1).min(rows);
+            for (w, before) in near.clone().zip(&sum[near]) {
+                let value = before - BEND_PRICE * v.abs_diff(w) as f32;
                 if value > origin.1 {
                     origin = (w, value);
                 }
