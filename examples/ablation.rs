@@ -39,7 +39,9 @@ fn main() -> Result<()> {
     let named = |name: String| Ok((name.clone(), builtin::scenario(&name)?));
     let scenes = names.into_iter().map(named).collect::<Result<Vec<_>>>()?;
     let seeds: Vec<u64> = seeds.collect();
-    println!("| without | causal mean mm | worst | smoothed mean mm | worst | in 2σ | unavailable | wrong | not decided |");
+    println!(
+        "| without | causal mean mm | worst | smoothed mean mm | worst | in 2σ | unavailable | wrong | not decided |"
+    );
     println!("|---|---|---|---|---|---|---|---|---|");
     for without in std::iter::once(None).chain(Part::ALL.map(Some)) {
         let parts = Parts { without };

@@ -5,9 +5,11 @@ use nalgebra::{SMatrix, vector};
 use super::part::{Part, Parts};
 use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
 
-/// White acceleration of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner.
+/// White acceleration of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner. The first and the last
+/// from the prototype.
 const KINKS: [f64; 3] = [1e-7, 1e-5, 3e-2];
-/// SD of their lasting acceleration \[px/frame²\] and how long a bend lasts \[frames\].
+/// SD of their lasting acceleration \[px/frame²\] and how long a bend lasts \[frames\]. Chosen: the bends of sines and
+/// S-curves of some 40 px and 100 frames; in the others it plays no part.
 const BENDS: [(f64, f64); 3] = [(1e-4, 1.0), (0.15, 15.0), (1e-2, 1.0)];
 /// Process noise that the smoother's fit starts from \[px²/frame⁴\].
 pub const PROCESS_NOISE: f64 = 2e-4;
@@ -22,29 +24,30 @@ pub const COLOUR_VARIANCE_PX2: f64 = 0.18;
 pub const VIBRATION_VARIANCE_PX2: f64 = 0.0144;
 /// Variance of the start velocity \[px²/frame²\]. Chosen: slopes up to 1 px a frame are common.
 const START_VELOCITY_VARIANCE: f64 = 1.0;
-/// Variance of the start acceleration \[px²/frame⁴\].
+/// Variance of the start acceleration \[px²/frame⁴\]. Chosen: a third of a bend's.
 const START_ACCELERATION_VARIANCE: f64 = 0.0025;
 
-/// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, `noise` scales the coloured
-/// noise's variance.
+/// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, and the measurements' noise may be
+/// `coloured` besides.
 ///
 /// # Errors
 /// When a number is out of range.
-pub fn model(q: f64, white_variance_px2: f64, noise: f64) -> Result<ColouredMeasurement, InvalidParameter> {
-    let drive = noise * COLOUR_VARIANCE_PX2 * (1.0 - COLOUR_COEFFICIENT * COLOUR_COEFFICIENT);
+pub fn model(q: f64, white_variance_px2: f64, coloured: bool) -> Result<ColouredMeasurement, InvalidParameter> {
+    let variance = if coloured { COLOUR_VARIANCE_PX2 } else { 0.0 };
+    let drive = variance * (1.0 - COLOUR_COEFFICIENT * COLOUR_COEFFICIENT);
     ColouredMeasurement::new(q, drive, COLOUR_COEFFICIENT, white_variance_px2, 1.0)?
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(noise: f64, frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
-    let colour = if parts.has(Part::ColouredNoise) { noise } else { 0.0 };
+fn spaces(frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
     let space = |i: usize| {
         let i = if i == 2 && !parts.has(Part::Corners) { 1 } else { i };
         let (kinks, (bend, bend_frames)) = match i {
             1 if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
             _ => (KINKS[i], BENDS[i]),
         };
-        Bending::new(model(kinks, 1.0, colour)?, bend.powi(2), bend_frames)?.state_space(frames)
+        let measured = model(kinks, 1.0, parts.has(Part::ColouredNoise))?;
+        Bending::new(measured, bend.powi(2), bend_frames)?.state_space(frames)
     };
     Ok([space(0)?, space(1)?, space(2)?])
 }
@@ -53,7 +56,6 @@ fn spaces(noise: f64, frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3]
 #[derive(Debug, Clone, Copy)]
 pub struct SeamFilter {
     imm: Imm<4, 3>,
-    noise: f64,
     parts: Parts,
     spaces: [StateSpace<4, 1>; 3],
 }
@@ -66,12 +68,7 @@ impl SeamFilter {
     pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2], parts: Parts) -> Result<Self, InvalidParameter> {
         let diagonal = vector![variances[0], variances[1], START_ACCELERATION_VARIANCE, COLOUR_VARIANCE_PX2];
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], SMatrix::from_diagonal(&diagonal))?;
-        Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, parts, spaces: spaces(1.0, 1.0, parts)? })
-    }
-
-    /// Sets the scale of the measurements' noise: 1 for plate edges with a raggedness of 0.6 px.
-    pub fn set_noise(&mut self, noise: f64) {
-        self.noise = noise;
+        Ok(Self { imm: Imm::new(start, STAY)?, parts, spaces: spaces(1.0, parts)? })
     }
 
     /// The state `frames` later.
@@ -79,7 +76,7 @@ impl SeamFilter {
     /// # Errors
     /// When `frames` is not positive.
     pub fn predict(&mut self, frames: f64) -> Result<(), InvalidParameter> {
-        self.spaces = spaces(self.noise, frames, self.parts)?;
+        self.spaces = spaces(frames, self.parts)?;
         self.imm = self.imm.predict(&self.spaces);
         Ok(())
     }
@@ -102,7 +99,7 @@ impl SeamFilter {
 
     /// R of a measurement: what is not coloured is white.
     fn white(&self, variance_px2: f64) -> SMatrix<f64, 1, 1> {
-        let colour = if self.parts.has(Part::ColouredNoise) { 0.0 } else { self.noise * COLOUR_VARIANCE_PX2 };
+        let colour = if self.parts.has(Part::ColouredNoise) { 0.0 } else { COLOUR_VARIANCE_PX2 };
         SMatrix::from_element(variance_px2 + colour)
     }
 
@@ -114,5 +111,34 @@ impl SeamFilter {
         let spaces = self.spaces.map(|space| space.with_R(self.white(variance_px2)));
         self.imm = self.imm.update(&spaces, &[Some(u_px)], None)?.posterior;
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Errors \[px\] in the frames from a corner on, whose measurements have no noise.
+    fn errors_after_a_corner(slope_before: f64, slope_behind: f64) -> Vec<f64> {
+        let path = |t: f64| if t < 60.0 { slope_before * t } else { slope_before * 60.0 + slope_behind * (t - 60.0) };
+        let mut filter = SeamFilter::start(0.0, 0.0, [0.28, 1.0], Parts::default()).unwrap();
+        (1..100)
+            .map(|t| {
+                let t = f64::from(t);
+                filter.predict(1.0).unwrap();
+                filter.update(path(t), 0.1).unwrap();
+                (filter.position().0 - path(t)).abs()
+            })
+            .skip(59)
+            .collect()
+    }
+
+    #[test]
+    fn a_corner_of_half_a_pixel_a_frame_costs_little_and_is_soon_forgotten() {
+        for (before, behind) in [(0.0, 0.55), (0.55, 0.0), (0.3, -0.25), (-0.55, 0.0)] {
+            let errors = errors_after_a_corner(before, behind);
+            assert!(errors.iter().all(|error| *error < 1.5), "{before} to {behind}: {errors:?}");
+            assert!(errors[6..].iter().all(|error| *error < 0.5), "{before} to {behind}: {errors:?}");
+        }
     }
 }

@@ -21,8 +21,6 @@ pub struct History {
     /// Where in `frames` each joint begins.
     starts: Vec<usize>,
     step: f64,
-    /// Sum and number of the noise scales in use.
-    noise: (f64, f64),
 }
 
 impl History {
@@ -47,9 +45,8 @@ impl History {
         self.push(Some(measured));
     }
 
-    /// What was accepted in it while the seam was followed, under the noise scale `noise`.
-    pub fn frame(&mut self, measured: Option<Measured>, noise: f64) {
-        self.noise = (self.noise.0 + noise, self.noise.1 + 1.0);
+    /// What was accepted in it while the seam was followed.
+    pub fn frame(&mut self, measured: Option<Measured>) {
         self.push(measured);
     }
 
@@ -69,8 +66,7 @@ impl History {
     /// Position and its variance in each frame given all frames, or those up to `lag` after it, the process noise by
     /// maximum likelihood. Each joint is smoothed by itself.
     pub fn smoothed(&self, lag: Option<usize>) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
-        let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
-        let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, noise)
+        let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, true)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let mut states = vec![];
         let ends = self.starts.iter().skip(1).copied().chain([self.frames.len()]);

@@ -15,8 +15,6 @@ pub enum Part {
     LearningGate,
     /// The coloured part of the measurement noise; without it, all of it is white.
     ColouredNoise,
-    /// The measured scale of the noise.
-    NoiseScale,
     /// The lasting acceleration of the middle model.
     Bends,
     /// The model for sharp corners.
@@ -31,14 +29,13 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 11] = [
         Self::Median,
         Self::StripePath,
         Self::FitGates,
         Self::KcfStandIn,
         Self::LearningGate,
         Self::ColouredNoise,
-        Self::NoiseScale,
         Self::Bends,
         Self::Corners,
         Self::InnovationGate,
@@ -56,7 +53,6 @@ impl Part {
             Self::KcfStandIn => "KCF stand-in",
             Self::LearningGate => "learning gate",
             Self::ColouredNoise => "coloured noise",
-            Self::NoiseScale => "noise scale",
             Self::Bends => "bends",
             Self::Corners => "corners",
             Self::InnovationGate => "innovation gate",

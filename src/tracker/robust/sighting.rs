@@ -9,7 +9,7 @@ use crate::units::PixelPoint;
 pub struct Sighting {
     /// The seam centre.
     pub centre: PixelPoint,
-    /// Variance of the position along the stripe \[px²\] at the nominal noise.
+    /// Variance of the position along the stripe \[px²\].
     pub variance_px2: f64,
     /// So good that it needs no second one beside it.
     pub clear: bool,
