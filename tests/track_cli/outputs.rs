@@ -7,8 +7,9 @@ use std::process::Stdio;
 use std::time::Duration;
 
 use predicates::str::contains;
+use seamtrack::report::results::PathRow;
 
-use crate::program::{demo, demo_frames, line_with, recording, seamtrack, track, tracked};
+use crate::program::{demo, demo_frames, line_with, recording, rows, seamtrack, track, tracked};
 
 /// Every file of a folder with its bytes.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
@@ -73,7 +74,8 @@ fn the_truth_beside_the_results_is_that_of_the_last_run() {
     run(&["--force", "--trace", "--tum"]);
     assert!(!copy.exists(), "a run without a truth is not judged by an earlier one's");
     let trace = fs::read_to_string(output.join("trace.csv")).unwrap();
-    assert!(trace.starts_with("frame,observation,nis") && trace.lines().count() == 59);
+    let header = "frame,observation,nis,support,residual_px,cost,margin,presence,psr_ratio\n";
+    assert!(trace.starts_with(header) && trace.lines().count() == 59);
     assert!(fs::read_to_string(output.join("filtered.tum")).unwrap().lines().count() > 50);
 }
 
@@ -208,4 +210,44 @@ fn two_recordings_that_would_share_a_folder_are_refused() {
     let mut command = seamtrack();
     command.arg("track").arg(&input).arg(&input).arg("-o").arg(folder.path().join("out"));
     command.assert().code(1).stderr(line_with(&["recording", "one by one"]));
+}
+
+#[test]
+fn gap_mismatch_and_travel_stand_in_the_path() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    track(&recording(folder.path(), 20), &output).args(["--speed", "5"]).assert().success();
+    let rows = rows(&output);
+    for row in rows.iter().filter(|row| row.gap_px.is_some()) {
+        let (gap_px, gap_mm) = (row.gap_px.unwrap(), row.gap_mm.unwrap());
+        assert!((gap_mm - 0.073 * gap_px).abs() < 1e-3 && (5.0..25.0).contains(&gap_px), "{row:?}");
+        assert!(row.mismatch_px.unwrap().abs() < 6.0, "{row:?}");
+    }
+    assert!(rows.iter().filter(|row| row.gap_px.is_some()).count() > 10);
+    assert!((rows[10].travel_mm.unwrap() - 5.0 * rows[10].time_s).abs() < 1e-9);
+}
+
+#[test]
+fn a_fixed_lag_lies_between_the_filter_and_the_whole_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = demo().join("frames");
+    let path = |name: &str, arguments: &[&str]| {
+        let output = folder.path().join(name);
+        track(&input, &output).args(arguments).assert().success();
+        rows(&output)
+    };
+    let (whole, lag) = (path("whole", &[]), path("lag", &["--fixed-lag", "10"]));
+    let mean_std = |rows: &[PathRow], std: fn(&PathRow) -> Option<f64>| {
+        let values: Vec<f64> = rows.iter().filter_map(std).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    assert_eq!(
+        whole.iter().map(|row| row.x_mm).collect::<Vec<_>>(),
+        lag.iter().map(|row| row.x_mm).collect::<Vec<_>>()
+    );
+    assert!(mean_std(&lag, |row| row.smooth_x_std_mm) < mean_std(&lag, |row| row.x_std_mm));
+    assert!(lag.iter().zip(&whole).any(|(lag, whole)| lag.smooth_x_mm != whole.smooth_x_mm));
+    assert!(lag.iter().filter(|row| row.u_px.is_some()).all(|row| row.smooth_x_mm.is_some()));
+    let paper = track(&input, &folder.path().join("paper")).args(["--preset", "paper", "--fixed-lag", "10"]).assert();
+    paper.code(1).stderr(line_with(&["fixed lag", "robust"]));
 }

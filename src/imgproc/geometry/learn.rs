@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::line::Line;
+use super::ridge::{CrossSection, RidgePoint, Search, ridge};
 use super::{HALF_WINDOW_PX, JointKind, JointModel, columns};
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
@@ -41,6 +42,10 @@ const INLIER_PX: f64 = 1.8;
 const PLAIN_SHARE: f64 = 0.85;
 const PLAIN_BREAK_PX: f64 = 4.0;
 const PLAIN_REACH_PX: f64 = 20.0;
+/// Rows on both sides of that line that are looked at \[px\], and the least correlation with the stripe's cross-section:
+/// glare has bright rows too.
+const PLAIN_BAND_PX: usize = 14;
+const PLAIN_QUALITY: f64 = 0.5;
 /// Fewest columns of a side.
 const LEAST_COLUMNS: usize = 8;
 /// Range of stripe SDs \[px\].
@@ -123,20 +128,21 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
     })
 }
 
-/// Whether the stripe goes straight through at `place`, seen in nearly every column: there is no joint.
+/// Whether a stripe of `stripe_sd_px` goes straight through at `place`, seen in nearly every column: there is no joint.
 #[must_use]
-pub fn is_plain(frame: &GrayFrame, place: PixelPoint, half_window_px: f64) -> bool {
-    let peaks = peaks(frame, place, half_window_px);
-    let Some(line) = consensus_line(&peaks, INLIER_PX) else { return false };
-    let on_line: Vec<f64> =
-        peaks.iter().filter(|p| (p.v_px - line.at(p.du_px)).abs() < INLIER_PX).map(|p| p.du_px).collect();
-    let columns = columns(frame, place.u_px, half_window_px).len();
-    let unbroken = |reach_px: f64| {
-        let near: Vec<f64> = on_line.iter().copied().filter(|du| du.abs() <= reach_px).collect();
-        let reaches = near.first().zip(near.last()).is_some_and(|(a, b)| b - a > 2.0 * reach_px - PLAIN_BREAK_PX);
-        reaches && near.windows(2).all(|pair| pair[1] - pair[0] < PLAIN_BREAK_PX)
-    };
-    on_line.len() as f64 >= PLAIN_SHARE * columns as f64 && unbroken(PLAIN_REACH_PX)
+pub fn is_plain(frame: &GrayFrame, place: PixelPoint, half_window_px: f64, stripe_sd_px: f64) -> bool {
+    let Some(line) = consensus_line(&peaks(frame, place, half_window_px), INLIER_PX) else { return false };
+    let search = Search { half_band_px: PLAIN_BAND_PX, prior_sd_px: 8.0 };
+    let columns = columns(frame, place.u_px, half_window_px);
+    let count = columns.len() as f64;
+    let points = ridge(frame, columns, |u| line.at(u - place.u_px), &CrossSection::new(stripe_sd_px), search);
+    let is_stripe =
+        |p: &&RidgePoint| p.quality > PLAIN_QUALITY && (p.v_px - line.at(p.u_px - place.u_px)).abs() < INLIER_PX;
+    let on_line: Vec<f64> = points.iter().filter(is_stripe).map(|p| p.u_px - place.u_px).collect();
+    let near: Vec<f64> = on_line.iter().copied().filter(|du| du.abs() <= PLAIN_REACH_PX).collect();
+    let unbroken = near.windows(2).all(|pair| pair[1] - pair[0] < PLAIN_BREAK_PX)
+        && near.first().zip(near.last()).is_some_and(|(a, b)| b - a > 2.0 * PLAIN_REACH_PX - PLAIN_BREAK_PX);
+    on_line.len() as f64 >= PLAIN_SHARE * count && unbroken
 }
 
 /// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.

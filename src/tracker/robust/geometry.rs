@@ -62,7 +62,7 @@ impl GeometryEye {
 
     /// Whether the stripe goes straight through at `place`.
     pub fn sees_plain_stripe(&self, frame: &GrayFrame, place: PixelPoint) -> bool {
-        is_plain(frame, place, self.model.half_window_px)
+        is_plain(frame, place, self.model.half_window_px, self.model.stripe_sd_px)
     }
 
     /// Takes over what an accepted fit says.

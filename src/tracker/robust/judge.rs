@@ -21,9 +21,9 @@ const STEEPEST_SLOPE_PX: f64 = 8.0;
 const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
 /// σ of the prediction above which the seam is lost \[px\]: 2.7 σ are 1 mm at 0.073 mm/px.
 const LOST_STD_PX: f64 = 5.0;
-/// Frames without a sighting after which the seam is lost, however sure the prediction is: half as many as there were
+/// Frames without a sighting after which the seam is lost, however sure the prediction is: as many as there were
 /// sightings, within these bounds. A young track has not earned a long absence.
-const LOST_FRAMES: std::ops::RangeInclusive<u32> = 3..=20;
+const LOST_FRAMES: std::ops::RangeInclusive<u32> = 3..=30;
 /// How much longer a lost seam is sought as it was, in multiples of the same.
 const GIVE_UP_FACTOR: u32 = 3;
 
@@ -109,7 +109,7 @@ impl Judge {
     }
 
     fn patience(&self) -> u32 {
-        (self.sightings / 2).clamp(*LOST_FRAMES.start(), *LOST_FRAMES.end())
+        self.sightings.clamp(*LOST_FRAMES.start(), *LOST_FRAMES.end())
     }
 
     /// Judges a sighting in frame `now`; `clear` when it needs no second one beside it. The NIS comes with the verdict.
