@@ -174,6 +174,18 @@ mod tests {
     }
 
     #[test]
+    fn wild_values_do_not_make_a_straight_series_wander() {
+        let straight = noisy(0.3, |k| 0.1 * k);
+        let mut spoilt = straight.clone();
+        for k in (20..600).step_by(20) {
+            spoilt[k] = Some(30.0 + (k % 70) as f64);
+            spoilt[k + 1] = None;
+        }
+        let drive = |series: &[Option<f64>]| NoiseLevels::of_series(Measure::Tip, series, 0.1).unwrap().drive;
+        assert!(drive(&spoilt) <= 10.0 * drive(&straight), "{} {}", drive(&spoilt), drive(&straight));
+    }
+
+    #[test]
     fn a_few_values_tell_nothing() {
         assert_eq!(NoiseLevels::of_series(Measure::Tip, &[Some(1.0); 9], 0.1), None);
         assert_eq!(NoiseLevels::of_series(Measure::Tip, &[None; 90], 0.1), None);
