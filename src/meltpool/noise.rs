@@ -3,8 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::Measure;
-use crate::kalman::adaptive::complete_frames_gate;
-use crate::kalman::{ColouredProcess, Frame, InvalidParameter, Model, Width, fit, with_displacement};
+use crate::kalman::{ChiSquareGate, ColouredProcess, Frame, InvalidParameter, Model, Width};
 
 /// Where the filter's noise levels come from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -24,8 +23,16 @@ pub struct NoiseLevels {
     pub measurement_px2: f64,
     /// What drives the motion: the tip's acceleration \[px²/frame⁴\], the width's \[px²/s⁴\].
     pub drive: f64,
+    /// Where they come from. The papers' filters take each value twice, as itself and in its displacement from the one
+    /// before, as if both erred independently, and Jiang's learns its noise on the way; fitted, a value counts once.
+    pub from: Noise,
 }
 
+/// A value farther than so many σ of its innovation is refused; chosen: one in two million by chance. Nearer ones are
+/// bounded by [`ONE_VALUE_GATE`].
+pub(super) const REFUSE_SIGMAS: f64 = 5.0;
+/// The 99 % rule on a value alone.
+pub(super) const ONE_VALUE_GATE: ChiSquareGate<2> = ChiSquareGate::<2>::P99;
 /// Measured frames that the motion is fitted to at most; chosen: more change little and take long.
 const FITTED_FRAMES: usize = 1000;
 /// Fewest third differences for an estimate of the scatter; chosen.
@@ -50,11 +57,12 @@ impl NoiseLevels {
         match measure {
             Measure::Tip => {
                 let [drive, _, measurement_px2, _] = ColouredProcess::printed().noise();
-                Self { measurement_px2, drive }
+                Self { measurement_px2, drive, from: Noise::Paper }
             }
             Measure::Width => Self {
                 measurement_px2: (JIANG_SIGMA_MM / mm_per_px).powi(2),
                 drive: Width::ACCELERATION_VARIANCE_MM2_S4 / (mm_per_px * mm_per_px),
+                from: Noise::Paper,
             },
         }
     }
@@ -65,10 +73,10 @@ impl NoiseLevels {
         let measurement_px2 = scatter(values_px)?;
         let first = values_px.iter().position(Option::is_some)?;
         let fitted = &values_px[first..values_px.len().min(first + FITTED_FRAMES)];
-        let frames: Vec<Frame<2>> = with_displacement(fitted).into_iter().map(|z| Frame::new(period_s, z)).collect();
+        let frames: Vec<Frame<2>> = fitted.iter().map(|&value| Frame::new(period_s, [value, None])).collect();
         let likelihood = |half_decade: i32| {
             let drive = drive(measure, half_decade, period_s);
-            let levels = Self { measurement_px2, drive };
+            let levels = Self { measurement_px2, drive, from: Noise::Fit };
             let fit = match measure {
                 Measure::Tip => levels.tip_model(period_s).ok().and_then(|model| likelihood(&model, &frames)),
                 Measure::Width => levels.width_model().ok().and_then(|model| likelihood(&model, &frames)),
@@ -77,7 +85,7 @@ impl NoiseLevels {
         };
         let scored = DRIVE_DECADES.map(|half_decade| (half_decade, likelihood(half_decade)));
         let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Self { measurement_px2, drive: drive(measure, best, period_s) })
+        Some(Self { measurement_px2, drive: drive(measure, best, period_s), from: Noise::Fit })
     }
 
     /// The infrared paper's model with these levels; as in the paper, position and displacement have one variance.
@@ -100,8 +108,24 @@ fn drive(measure: Measure, half_decade: i32, period_s: f64) -> f64 {
     }
 }
 
+/// How likely the series is under a model. A refused value costs as much as one at the limit: otherwise a few wild
+/// ones would outvote the rest and the motion would be found as wild as they.
 fn likelihood<const N: usize, const P: usize>(model: &impl Model<N, 2, P>, frames: &[Frame<2>]) -> Option<f64> {
-    Some(fit::filter(model, frames, Some(complete_frames_gate())).ok()?.trajectory.log_likelihood())
+    let (mut state, first) = model.start_of(frames).ok()?;
+    let mut sum = 0.0;
+    for frame in &frames[first + 1..] {
+        let space = model.space_over(frame.dt_s).ok()?;
+        state = state.predict(&space);
+        let Some(value) = frame.z[0] else { continue };
+        let limit_px = REFUSE_SIGMAS * (state.P[(0, 0)] + space.R[(0, 0)]).sqrt();
+        let bounded = value.clamp(state.x[0] - limit_px, state.x[0] + limit_px);
+        let update = state.update(&space, &[Some(bounded), None], Some(ONE_VALUE_GATE)).ok()?;
+        sum += update.log_likelihood;
+        if value == bounded {
+            state = update.posterior;
+        }
+    }
+    Some(sum)
 }
 
 /// The variance of white noise on a smooth series \[px²\], robust: from the median of its third differences.
@@ -147,6 +171,18 @@ mod tests {
             let wandering = NoiseLevels::of_series(measure, &noisy(0.3, |k| 9.0 * (k / 6.0).sin()), 0.1).unwrap();
             assert!(wandering.drive > 100.0 * straight.drive, "{straight:?} {wandering:?}");
         }
+    }
+
+    #[test]
+    fn wild_values_do_not_make_a_straight_series_wander() {
+        let straight = noisy(0.3, |k| 0.1 * k);
+        let mut spoilt = straight.clone();
+        for k in (20..600).step_by(20) {
+            spoilt[k] = Some(30.0 + (k % 70) as f64);
+            spoilt[k + 1] = None;
+        }
+        let drive = |series: &[Option<f64>]| NoiseLevels::of_series(Measure::Tip, series, 0.1).unwrap().drive;
+        assert!(drive(&spoilt) <= 10.0 * drive(&straight), "{} {}", drive(&spoilt), drive(&straight));
     }
 
     #[test]
