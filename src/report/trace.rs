@@ -14,6 +14,8 @@ pub struct TraceRow {
     pub observation: &'static str,
     /// Normalised innovation squared.
     pub nis: Option<f64>,
+    /// Position along the stripe as this frame alone shows it \[px\], whether accepted or not.
+    pub measured_px: Option<f64>,
     /// Share of the stripe's columns that lie on its fitted lines.
     pub support: Option<f64>,
     /// RMS distance of the stripe from its lines \[px\].
@@ -28,8 +30,8 @@ pub struct TraceRow {
     pub psr_ratio: Option<f64>,
 }
 
-const COLUMNS: [&str; 9] =
-    ["frame", "observation", "nis", "support", "residual_px", "cost", "margin", "presence", "psr_ratio"];
+const COLUMNS: [&str; 10] =
+    ["frame", "observation", "nis", "support", "residual_px", "cost", "margin", "presence", "psr_ratio", "measured_px"];
 const DECIMALS: usize = 4;
 
 /// Writes `trace.csv`.
@@ -41,7 +43,8 @@ pub fn write_trace_csv(path: &Path, rows: &[TraceRow]) -> Result<(), ResultsErro
         let mut csv = csv::Writer::from_writer(file);
         csv.write_record(COLUMNS)?;
         for row in rows {
-            let figures = [row.nis, row.support, row.residual_px, row.cost, row.margin, row.presence, row.psr_ratio];
+            let evidence = [row.support, row.residual_px, row.cost, row.margin, row.presence];
+            let figures = [row.nis].into_iter().chain(evidence).chain([row.psr_ratio, row.measured_px]);
             let cells = figures.map(|figure| figure.map(|figure| fixed(figure, DECIMALS)).unwrap_or_default());
             csv.write_record([row.frame.to_string(), row.observation.to_owned()].into_iter().chain(cells))?;
         }

@@ -47,6 +47,7 @@ impl Seen<'_> {
             frame: self.row.frame,
             observation: self.estimate.map_or("unreadable", |estimate| estimate.observation.name()),
             nis: self.row.nis,
+            measured_px: evidence.along_px,
             support: evidence.support,
             residual_px: evidence.residual_px,
             cost: evidence.cost,

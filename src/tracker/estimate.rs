@@ -82,6 +82,8 @@ impl Observation {
 /// What a measurement rests on, as far as its kind has it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Evidence {
+    /// Position along the stripe as this frame alone shows it \[px\].
+    pub along_px: Option<f64>,
     /// Share of the stripe's columns that lie on its lines, 0 to 1.
     pub support: Option<f64>,
     /// RMS distance of the stripe from its lines \[px\].
@@ -96,7 +98,8 @@ pub struct Evidence {
 
 impl Evidence {
     /// Nothing was seen.
-    pub const NONE: Self = Self { support: None, residual_px: None, cost: None, margin: None, presence: None };
+    pub const NONE: Self =
+        Self { along_px: None, support: None, residual_px: None, cost: None, margin: None, presence: None };
 }
 
 /// One side of a joint.

@@ -74,7 +74,7 @@ fn the_truth_beside_the_results_is_that_of_the_last_run() {
     run(&["--force", "--trace", "--tum"]);
     assert!(!copy.exists(), "a run without a truth is not judged by an earlier one's");
     let trace = fs::read_to_string(output.join("trace.csv")).unwrap();
-    let header = "frame,observation,nis,support,residual_px,cost,margin,presence,psr_ratio\n";
+    let header = "frame,observation,nis,support,residual_px,cost,margin,presence,psr_ratio,measured_px\n";
     assert!(trace.starts_with(header) && trace.lines().count() == 59);
     assert!(fs::read_to_string(output.join("filtered.tum")).unwrap().lines().count() > 50);
 }

@@ -22,31 +22,32 @@ pub const COLOUR_VARIANCE_PX2: f64 = 0.18;
 /// Variance of the seam's own vibration along the stripe \[px²\], which no filter can follow: part of the reported σ.
 /// Chosen: 0.12 px, as machines vibrate.
 pub const VIBRATION_VARIANCE_PX2: f64 = 0.0144;
-/// Variance of the start velocity \[px²/frame²\]. Chosen: slopes up to 1 px a frame are common.
-const START_VELOCITY_VARIANCE: f64 = 1.0;
+/// Variance of the start velocity \[px²/frame²\]. Chosen: slopes of 1 px a frame are common, of 10 in large pictures
+/// possible; two sightings tell it.
+pub const START_VELOCITY_VARIANCE: f64 = 16.0;
 /// Variance of the start acceleration \[px²/frame⁴\]. Chosen: a third of a bend's.
 const START_ACCELERATION_VARIANCE: f64 = 0.0025;
 
-/// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, and the measurements' noise may be
-/// `coloured` besides.
+/// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, and `colour_scale` scales the
+/// coloured noise's variance.
 ///
 /// # Errors
 /// When a number is out of range.
-pub fn model(q: f64, white_variance_px2: f64, coloured: bool) -> Result<ColouredMeasurement, InvalidParameter> {
-    let variance = if coloured { COLOUR_VARIANCE_PX2 } else { 0.0 };
-    let drive = variance * (1.0 - COLOUR_COEFFICIENT * COLOUR_COEFFICIENT);
+pub fn model(q: f64, white_variance_px2: f64, colour_scale: f64) -> Result<ColouredMeasurement, InvalidParameter> {
+    let drive = colour_scale * COLOUR_VARIANCE_PX2 * (1.0 - COLOUR_COEFFICIENT * COLOUR_COEFFICIENT);
     ColouredMeasurement::new(q, drive, COLOUR_COEFFICIENT, white_variance_px2, 1.0)?
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
+fn spaces(noise: f64, frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
+    let colour_scale = if parts.has(Part::ColouredNoise) { noise } else { 0.0 };
     let space = |i: usize| {
         let i = if i == 2 && !parts.has(Part::Corners) { 1 } else { i };
         let (kinks, (bend, bend_frames)) = match i {
             1 if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
             _ => (KINKS[i], BENDS[i]),
         };
-        let measured = model(kinks, 1.0, parts.has(Part::ColouredNoise))?;
+        let measured = model(kinks, 1.0, colour_scale)?;
         Bending::new(measured, bend.powi(2), bend_frames)?.state_space(frames)
     };
     Ok([space(0)?, space(1)?, space(2)?])
@@ -56,6 +57,7 @@ fn spaces(frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidPar
 #[derive(Debug, Clone, Copy)]
 pub struct SeamFilter {
     imm: Imm<4, 3>,
+    noise: f64,
     parts: Parts,
     spaces: [StateSpace<4, 1>; 3],
 }
@@ -68,7 +70,12 @@ impl SeamFilter {
     pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2], parts: Parts) -> Result<Self, InvalidParameter> {
         let diagonal = vector![variances[0], variances[1], START_ACCELERATION_VARIANCE, COLOUR_VARIANCE_PX2];
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], SMatrix::from_diagonal(&diagonal))?;
-        Ok(Self { imm: Imm::new(start, STAY)?, parts, spaces: spaces(1.0, parts)? })
+        Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, parts, spaces: spaces(1.0, 1.0, parts)? })
+    }
+
+    /// Sets the scale of the measurements' noise: 1 for plate edges with a raggedness of 0.6 px.
+    pub fn set_noise(&mut self, noise: f64) {
+        self.noise = noise;
     }
 
     /// The state `frames` later.
@@ -76,7 +83,7 @@ impl SeamFilter {
     /// # Errors
     /// When `frames` is not positive.
     pub fn predict(&mut self, frames: f64) -> Result<(), InvalidParameter> {
-        self.spaces = spaces(frames, self.parts)?;
+        self.spaces = spaces(self.noise, frames, self.parts)?;
         self.imm = self.imm.predict(&self.spaces);
         Ok(())
     }
@@ -99,7 +106,7 @@ impl SeamFilter {
 
     /// R of a measurement: what is not coloured is white.
     fn white(&self, variance_px2: f64) -> SMatrix<f64, 1, 1> {
-        let colour = if self.parts.has(Part::ColouredNoise) { 0.0 } else { COLOUR_VARIANCE_PX2 };
+        let colour = if self.parts.has(Part::ColouredNoise) { 0.0 } else { self.noise * COLOUR_VARIANCE_PX2 };
         SMatrix::from_element(variance_px2 + colour)
     }
 

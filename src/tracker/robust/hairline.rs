@@ -31,6 +31,7 @@ impl HairlineEye {
             return Err(unsighted(Refusal::Presence));
         }
         let observation = estimate.observation.ok_or(unsighted(Refusal::Support))?;
+        let evidence = Evidence { along_px: Some(observation.u_px), ..evidence };
         Ok(Sighting {
             centre: PixelPoint::new(observation.u_px, estimate.seam.v_px),
             variance_px2: observation.sd_px.powi(2).max(LEAST_VARIANCE_PX2),

@@ -11,6 +11,13 @@ use crate::kalman::{ChiSquareGate, ColouredMeasurement, Frame, Gaussian, SeriesE
 /// σ above which a smoothed value is not given \[px\]: it bridges short gaps, not long absences.
 const LARGEST_STD_PX: f64 = 2.5;
 
+/// Where in the frames a joint begins, and from where on there is nothing to smooth: it ended or was lost for good.
+#[derive(Debug, Clone, Copy)]
+struct Joint {
+    start: usize,
+    end: Option<usize>,
+}
+
 /// The recording so far.
 #[derive(Debug, Default)]
 pub struct History {
@@ -18,9 +25,10 @@ pub struct History {
     frames: Vec<Frame<1>>,
     /// For each frame of the recording, its place in `frames`: repeated frames share one.
     places: Vec<usize>,
-    /// Where in `frames` each joint begins.
-    starts: Vec<usize>,
+    joints: Vec<Joint>,
     step: f64,
+    /// Sum and number of the noise scales in use.
+    noise: (f64, f64),
 }
 
 impl History {
@@ -41,13 +49,32 @@ impl History {
 
     /// A joint was found in it, at `measured`.
     pub fn found(&mut self, measured: Measured) {
-        self.starts.push(self.frames.len());
+        self.joints.push(Joint { start: self.frames.len(), end: None });
         self.push(Some(measured));
     }
 
-    /// What was accepted in it while the seam was followed.
-    pub fn frame(&mut self, measured: Option<Measured>) {
+    /// What was accepted in it while the seam was followed, under the noise scale `noise`.
+    pub fn frame(&mut self, measured: Option<Measured>, noise: f64) {
+        self.noise = (self.noise.0 + noise, self.noise.1 + 1.0);
         self.push(measured);
+        if let (Some(joint), Some(_)) = (self.joints.last_mut(), measured) {
+            joint.end = None;
+        }
+    }
+
+    /// The seam was lost in the last frame, and stays so until something is accepted again.
+    pub fn lost(&mut self) {
+        if let Some(joint) = self.joints.last_mut() {
+            joint.end.get_or_insert(self.frames.len().saturating_sub(1));
+        }
+    }
+
+    /// The joint ended when it was last seen.
+    pub fn ended(&mut self) {
+        let last_seen = self.frames.iter().rposition(|frame| frame.z[0].is_some());
+        if let Some(joint) = self.joints.last_mut() {
+            joint.end = last_seen.map(|last| last + 1);
+        }
     }
 
     /// The next frame repeats the last one.
@@ -66,13 +93,15 @@ impl History {
     /// Position and its variance in each frame given all frames, or those up to `lag` after it, the process noise by
     /// maximum likelihood. Each joint is smoothed by itself.
     pub fn smoothed(&self, lag: Option<usize>) -> Result<Vec<Option<(f64, f64)>>, SeriesError> {
-        let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, true)
+        let noise = if self.noise.1 > 0.0 { self.noise.0 / self.noise.1 } else { 1.0 };
+        let model = filter::model(PROCESS_NOISE, GEOMETRY_VARIANCE_PX2, noise)
             .map_err(|reason| SeriesError::InvalidFrame { frame: 0, reason })?;
         let mut states = vec![];
-        let ends = self.starts.iter().skip(1).copied().chain([self.frames.len()]);
-        for (start, end) in self.starts.iter().copied().zip(ends) {
-            states.resize(start, None);
-            states.extend(self.smoothed_joint(&model, &self.frames[start..end], lag)?);
+        let nexts = self.joints.iter().skip(1).map(|joint| joint.start).chain([self.frames.len()]);
+        for (joint, next) in self.joints.iter().zip(nexts) {
+            states.resize(joint.start, None);
+            let end = joint.end.unwrap_or(next).min(next);
+            states.extend(self.smoothed_joint(&model, &self.frames[joint.start..end], lag)?);
         }
         states.resize(self.frames.len(), None);
         let at = |&place: &usize| {

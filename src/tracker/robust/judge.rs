@@ -1,7 +1,7 @@
 //! What a sighting is worth: taken into the filter, refused, or a reason to start the filter anew; and when the seam
 //! is lost.
 
-use super::filter::{COLOUR_VARIANCE_PX2, SeamFilter, VIBRATION_VARIANCE_PX2};
+use super::filter::{COLOUR_VARIANCE_PX2, START_VELOCITY_VARIANCE, SeamFilter, VIBRATION_VARIANCE_PX2};
 use super::part::{Part, Parts};
 use crate::tracker::TrackerError;
 
@@ -71,15 +71,17 @@ impl Judge {
     /// # Errors
     /// When a number is not finite.
     pub fn start(u_px: f64, variance_px2: f64, parts: Parts) -> Result<Self, TrackerError> {
-        let filter = SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, 1.0], parts)?;
+        let filter =
+            SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, START_VELOCITY_VARIANCE], parts)?;
         Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false, parts })
     }
 
-    /// Goes `frames` on.
+    /// Goes `frames` on, with the measurements' noise scaled by `noise`.
     ///
     /// # Errors
     /// When `frames` is not positive.
-    pub fn predict(&mut self, frames: f64) -> Result<(), TrackerError> {
+    pub fn predict(&mut self, frames: f64, noise: f64) -> Result<(), TrackerError> {
+        self.filter.set_noise(noise);
         Ok(self.filter.predict(frames)?)
     }
 
@@ -195,7 +197,7 @@ mod tests {
     fn settled() -> Judge {
         let mut judge = Judge::start(100.0, R_PX2, Parts::default()).unwrap();
         for t in 1..40 {
-            judge.predict(1.0).unwrap();
+            judge.predict(1.0, 1.0).unwrap();
             judge.sighted(f64::from(t), 100.0 + 0.5 * f64::from(t), R_PX2, true).unwrap();
         }
         judge
@@ -204,7 +206,7 @@ mod tests {
     #[test]
     fn a_single_wild_sighting_is_refused_and_the_prediction_stands() {
         let mut judge = settled();
-        judge.predict(1.0).unwrap();
+        judge.predict(1.0, 1.0).unwrap();
         let (_, verdict) = judge.sighted(40.0, 150.0, R_PX2, true).unwrap();
         assert_eq!(verdict, Verdict::Refused);
         assert!((judge.position().0 - 120.0).abs() < 0.3);
@@ -215,7 +217,7 @@ mod tests {
         let mut judge = settled();
         let mut verdicts = vec![];
         for t in 40..43 {
-            judge.predict(1.0).unwrap();
+            judge.predict(1.0, 1.0).unwrap();
             verdicts.push(judge.sighted(f64::from(t), 150.0, R_PX2, false).unwrap().1);
         }
         assert!(matches!(verdicts[..], [Verdict::Refused, Verdict::Refused, Verdict::Restarted(_)]));
@@ -226,11 +228,11 @@ mod tests {
     fn a_seam_that_is_long_unseen_is_lost_and_never_found_again_by_one_sighting() {
         let mut judge = settled();
         for _ in 0..=*LOST_FRAMES.end() {
-            judge.predict(1.0).unwrap();
+            judge.predict(1.0, 1.0).unwrap();
             judge.missed();
         }
         assert!(judge.is_lost());
-        judge.predict(1.0).unwrap();
+        judge.predict(1.0, 1.0).unwrap();
         let (_, verdict) = judge.sighted(90.0, judge.position().0, R_PX2, true).unwrap();
         assert_eq!(verdict, Verdict::Refused);
         assert!(judge.is_lost());
@@ -242,7 +244,7 @@ mod tests {
         let first = judge.std_px();
         let mut last = first;
         for _ in 0..12 {
-            judge.predict(1.0).unwrap();
+            judge.predict(1.0, 1.0).unwrap();
             judge.missed();
             assert!(judge.std_px() > last);
             last = judge.std_px();

@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `seek`, `seed`, `classify` | finds the joint and its kind in whole frames |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
-//! | `judge`, `filter`, `clock` | what a sighting is worth, and the estimate |
+//! | `judge`, `filter`, `noise`, `clock` | what a sighting is worth, and the estimate |
 //! | `history` | all that was accepted, for the smoother |
 //! | `part` | what an ablation takes away |
 
@@ -17,6 +17,7 @@ mod geometry;
 mod hairline;
 mod history;
 mod judge;
+mod noise;
 mod part;
 mod seed;
 mod seek;
@@ -28,6 +29,7 @@ use self::hairline::HairlineEye;
 use self::history::History;
 pub use self::judge::REFUSE_NIS;
 use self::judge::{Judge, Measured, Verdict};
+use self::noise::NoiseScale;
 pub use self::part::{Part, Parts};
 use self::seek::{Found, Seeker};
 use self::sighting::{Sighting, Unsighted};
@@ -136,6 +138,7 @@ pub struct RobustTracker {
     joints: Vec<JointDecision>,
     clock: Clock,
     history: History,
+    noise: NoiseScale,
     last: Option<Estimate>,
     frame_number: usize,
 }
@@ -154,6 +157,7 @@ impl RobustTracker {
             joints: vec![],
             clock: Clock::default(),
             history: History::new(settings.parts),
+            noise: NoiseScale::default(),
             last: None,
             frame_number: 0,
         })
@@ -179,6 +183,7 @@ impl RobustTracker {
         let Sighting { centre, variance_px2, evidence, section, .. } = sighting;
         self.kcf.train(frame, centre);
         self.history.found(Measured { u_px: centre.u_px, variance_px2 });
+        self.noise = NoiseScale::default();
         let judge = Judge::start(centre.u_px, variance_px2, self.settings.parts)?;
         let following = Following { eye, judge, v_px: centre.v_px, kcf_bias_px: 0.0, plain_frames: 0 };
         let seam = Some(following.seam());
@@ -190,13 +195,15 @@ impl RobustTracker {
 
     fn follow(&mut self, frame: &GrayFrame, frames: f64) -> Result<Estimate, TrackerError> {
         let Some(mut following) = self.following.take() else { return self.seek(frame) };
-        following.judge.predict(frames)?;
+        let noise = if self.settings.parts.has(Part::NoiseScale) { self.noise.scale() } else { 1.0 };
+        following.judge.predict(frames, noise)?;
         let (predicted_u, _) = following.judge.position();
         let mut kcf = ask_kcf(&mut self.kcf, frame, PixelPoint::new(predicted_u, following.v_px));
         let mut estimate = Estimate::seeking(Observation::NoSeam);
         let measured = match following.eye.look(frame, &following.judge, &kcf) {
-            Ok(sighting) => self.judge_sighting(&mut following, &sighting, &mut estimate)?,
+            Ok(sighting) => self.judge_sighting(&mut following, &sighting, noise, &mut estimate)?,
             Err(unsighted) if following.sees_plain_stripe(frame) => {
+                self.noise.push(None);
                 following.judge.missed();
                 estimate.observation = Observation::SightingRefused(Refusal::Plain);
                 estimate.evidence = unsighted.evidence;
@@ -214,10 +221,11 @@ impl RobustTracker {
             following.kcf_bias_px += BIAS_RATE * (kcf.peak.u_px - measured.u_px - following.kcf_bias_px);
         }
         estimate.kcf = Some(kcf);
-        self.history.frame(measured);
+        self.history.frame(measured, noise);
         let has_ended = following.plain_frames >= ENDED_AFTER;
         if has_ended || following.judge.is_lost() {
             estimate.status = Status::Lost;
+            if has_ended { self.history.ended() } else { self.history.lost() }
         } else {
             estimate.status = if measured.is_some() { Status::Tracked } else { Status::Coasting };
             estimate.seam = Some(following.seam());
@@ -235,10 +243,13 @@ impl RobustTracker {
         &mut self,
         following: &mut Following,
         sighting: &Sighting,
+        noise: f64,
         estimate: &mut Estimate,
     ) -> Result<Option<Measured>, TrackerError> {
         let u_px = sighting.centre.u_px;
-        let (nis, verdict) = following.judge.sighted(self.clock.now(), u_px, sighting.variance_px2, sighting.clear)?;
+        self.noise.push(sighting.fit.map(|_| u_px));
+        let variance_px2 = noise * sighting.variance_px2;
+        let (nis, verdict) = following.judge.sighted(self.clock.now(), u_px, variance_px2, sighting.clear)?;
         estimate.nis = Some(nis);
         estimate.evidence = sighting.evidence;
         let (observation, measured) = match verdict {
@@ -266,6 +277,7 @@ impl RobustTracker {
         kcf: &KcfReading,
         estimate: &mut Estimate,
     ) -> Result<Option<Measured>, TrackerError> {
+        self.noise.push(None);
         estimate.observation = Observation::SightingRefused(unsighted.refusal);
         estimate.evidence = unsighted.evidence;
         following.judge.missed();
@@ -324,8 +336,9 @@ impl Follow for RobustTracker {
         let frames = self.clock.tick(time_s);
         self.history.step(frames);
         self.history.nothing();
+        self.noise.push(None);
         if let Some(following) = &mut self.following {
-            following.judge.predict(frames)?;
+            following.judge.predict(frames, self.noise.scale())?;
             following.judge.missed();
         }
         Ok(())

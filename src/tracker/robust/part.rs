@@ -15,6 +15,8 @@ pub enum Part {
     LearningGate,
     /// The coloured part of the measurement noise; without it, all of it is white.
     ColouredNoise,
+    /// Measuring on the recording how noisy the sightings are.
+    NoiseScale,
     /// The lasting acceleration of the middle model.
     Bends,
     /// The model for sharp corners.
@@ -29,13 +31,14 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Median,
         Self::StripePath,
         Self::FitGates,
         Self::KcfStandIn,
         Self::LearningGate,
         Self::ColouredNoise,
+        Self::NoiseScale,
         Self::Bends,
         Self::Corners,
         Self::InnovationGate,
@@ -53,6 +56,7 @@ impl Part {
             Self::KcfStandIn => "KCF stand-in",
             Self::LearningGate => "learning gate",
             Self::ColouredNoise => "coloured noise",
+            Self::NoiseScale => "noise scale",
             Self::Bends => "bends",
             Self::Corners => "corners",
             Self::InnovationGate => "innovation gate",
