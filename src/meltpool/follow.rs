@@ -8,17 +8,11 @@ use super::refusal::Refusal;
 use crate::kalman::adaptive::{NoiseAdaptation, complete_frames_gate};
 use crate::kalman::{Frame, Gaussian, Model, SeriesError, Trajectory, smoother};
 
-/// Two first values lie within so many σ of their difference, or they do not start the filter; chosen.
-const START_SIGMAS: f64 = 6.0;
-/// So far apart they may be at any noise \[px\]; chosen: a recording may be quiet in one part and lively in another.
-const START_PX: f64 = 2.0;
 /// So many refused values in a row that agree among themselves start the filter anew; chosen, as the seam tracker's.
 const RESTART_AFTER: usize = 5;
 /// What every edge of a recording may be off in the same direction \[px\], in every frame, so that no filter can see it.
 /// Chosen: the made-up pools' seeds 1 to 3 show 0.05 to 0.1 px a tip and 0.15 to 0.25 px a width, which has two edges.
 const EDGE_BIAS_PX: f64 = 0.1;
-/// So many values in a row that agree find a lost measure again; chosen: a plume gives one or two wild ones.
-const FOUND_AFTER: usize = 3;
 /// Frames without a value for which the prediction is still given; chosen, as the seam tracker's.
 const MOST_COASTING: usize = 20;
 /// A prediction whose σ exceeds so many σ of a measurement is none any more; chosen: a pool that changes fast cannot be
@@ -116,6 +110,7 @@ struct Follower<'a, const N: usize, const P: usize, T: Model<N, 2, P>> {
     learns: bool,
     readings: &'a [Reading],
     sigma_px: f64,
+    tolerance_px: f64,
     frames: Vec<Followed>,
     stretch: Option<Stretch<N>>,
     seen: bool,
@@ -135,6 +130,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             learns: paper_learns && noise.from == Noise::Paper,
             readings,
             sigma_px: noise.measurement_px2.sqrt(),
+            tolerance_px: noise.start_tolerance_px(),
             frames: Vec::with_capacity(readings.len()),
             stretch: None,
             seen: false,
@@ -199,19 +195,19 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         Ok(Followed { status, filtered, nis: step.update.nis, smooth: None, refused })
     }
 
-    /// Starts from this frame and the one before, if both have values that agree; what was lost, if the frame before
-    /// them agrees too.
+    /// Starts from this frame and the one before, if both have values that lie with the one before them on a straight
+    /// line: a plume or a spatter gives one or two wild ones. As printed, two values are enough.
     fn seek(&mut self, k: usize) -> Result<Followed, SeriesError> {
         let value = self.readings[k].value_px;
-        let needed = if self.seen { FOUND_AFTER } else { 2 };
-        let values: Vec<f64> = (k + 1).checked_sub(needed).map_or(vec![], |first| {
-            self.readings[first..=k].iter().filter_map(|reading| reading.value_px.ok()).collect()
-        });
-        let agree = values.len() == needed && spread(&values) <= self.tolerance_px();
-        let [.., z0, z1] = values[..] else { return Ok(self.without_value(value, value.err())) };
-        if !agree {
-            return Ok(self.without_value(value, value.err()));
-        }
+        let value_of = |frame: usize| self.readings[frame].value_px.ok();
+        let recent =
+            |needed: usize| (k + 1).checked_sub(needed).map(|first| (first..=k).filter_map(value_of).collect());
+        let recent: Vec<f64> = recent(if self.as_printed { 2 } else { 3 }).unwrap_or_default();
+        let (z0, z1) = match recent[..] {
+            [z0, z1] if self.as_printed && (z1 - z0).abs() <= self.tolerance_px => (z0, z1),
+            [before, z0, z1] if (z1 - 2.0 * z0 + before).abs() <= self.tolerance_px => (z0, z1),
+            _ => return Ok(self.without_value(value, value.err())),
+        };
         let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
         let frames = [z0, z1].map(|z| Frame::new(dt_s, [Some(z), None]));
         let (start, _) = self.model.start_of(&frames).map_err(|error| error.at_frame(k))?;
@@ -232,14 +228,9 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         })
     }
 
-    /// How far two values that belong together may differ \[px\].
-    fn tolerance_px(&self) -> f64 {
-        START_PX.max(START_SIGMAS * std::f64::consts::SQRT_2 * self.sigma_px)
-    }
-
     /// Whether enough values were refused in a row that agree among themselves.
     fn outliers_agree(&self) -> bool {
-        self.outliers.len() == RESTART_AFTER && spread(&self.outliers) <= self.tolerance_px()
+        self.outliers.len() == RESTART_AFTER && spread(&self.outliers) <= self.tolerance_px
     }
 
     fn is_outlier(&self, stretch: &Stretch<N>, k: usize, dt_s: f64, value: f64) -> Result<bool, SeriesError> {
@@ -314,12 +305,12 @@ mod tests {
     }
 
     #[test]
-    fn two_values_start_it_a_gap_is_predicted_with_growing_sigma_and_bridged_by_the_smoother() {
+    fn three_values_start_it_a_gap_is_predicted_with_growing_sigma_and_bridged_by_the_smoother() {
         let frames = followed(40, |k| (k < 3 || (20..25).contains(&k)).then_some(Err(Refusal::NoPool)));
-        assert_eq!(statuses(&frames), "sssstttttttttttttttt".to_owned() + "ccccc" + "ttttttttttttttt");
+        assert_eq!(statuses(&frames), "s".repeat(5) + &"t".repeat(15) + "ccccc" + &"t".repeat(15));
         let sigma = |k: usize| frames[k].filtered.unwrap().1;
         assert!((20..25).all(|k| sigma(k) > sigma(k - 1)) && sigma(26) < sigma(24));
-        assert!(frames[4..].iter().all(|frame| frame.smooth.is_some()) && frames[3].smooth.is_none());
+        assert!(frames[5..].iter().all(|frame| frame.smooth.is_some()) && frames[4].smooth.is_none());
         assert!((frames[22].smooth.unwrap().0 - 102.2).abs() < 0.2);
         assert_eq!((frames[22].nis, frames[22].refused), (None, Some(Refusal::NoPool)));
     }

@@ -33,10 +33,16 @@ pub struct NoiseLevels {
 pub(super) const REFUSE_SIGMAS: f64 = 5.0;
 /// The 99 % rule on a value alone.
 pub(super) const ONE_VALUE_GATE: ChiSquareGate<2> = ChiSquareGate::<2>::P99;
+/// First values that belong together lie within so many σ of a straight line's second difference; chosen.
+const START_SIGMAS: f64 = 3.0;
+/// So far off it they may be at any noise \[px\]; chosen: a recording may be quiet in one part and lively in another.
+const START_PX: f64 = 2.0;
 /// Measured frames that the motion is fitted to at most; chosen: more change little and take long.
 const FITTED_FRAMES: usize = 1000;
 /// Fewest third differences for an estimate of the scatter; chosen.
 const FEWEST_DIFFERENCES: usize = 12;
+/// Variance of the second difference of white noise over its own: 1 + 4 + 1.
+const SECOND_DIFFERENCE: f64 = 6.0;
 /// Variance of the third difference of white noise over its own: 1 + 9 + 9 + 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
 /// Standard deviation of normal noise over its median absolute value.
@@ -71,7 +77,9 @@ impl NoiseLevels {
     #[must_use]
     pub fn of_series(measure: Measure, values_px: &[Option<f64>], period_s: f64) -> Option<Self> {
         let measurement_px2 = scatter(values_px)?;
-        let first = values_px.iter().position(Option::is_some)?;
+        let tolerance_px = Self { measurement_px2, drive: 0.0, from: Noise::Fit }.start_tolerance_px();
+        let on_line = |three: &[Option<f64>]| Some((three[2]? - 2.0 * three[1]? + three[0]?).abs() <= tolerance_px);
+        let first = values_px.windows(3).position(|three| on_line(three) == Some(true))?;
         let fitted = &values_px[first..values_px.len().min(first + FITTED_FRAMES)];
         let frames: Vec<Frame<2>> = fitted.iter().map(|&value| Frame::new(period_s, [value, None])).collect();
         let likelihood = |half_decade: i32| {
@@ -86,6 +94,11 @@ impl NoiseLevels {
         let scored = DRIVE_DECADES.map(|half_decade| (half_decade, likelihood(half_decade)));
         let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
         Some(Self { measurement_px2, drive: drive(measure, best, period_s), from: Noise::Fit })
+    }
+
+    /// How far first values that belong together may lie off \[px\].
+    pub(super) fn start_tolerance_px(&self) -> f64 {
+        START_PX.max(START_SIGMAS * (SECOND_DIFFERENCE * self.measurement_px2).sqrt())
     }
 
     /// The infrared paper's model with these levels; as in the paper, position and displacement have one variance.
@@ -177,6 +190,7 @@ mod tests {
     fn wild_values_do_not_make_a_straight_series_wander() {
         let straight = noisy(0.3, |k| 0.1 * k);
         let mut spoilt = straight.clone();
+        spoilt[1] = Some(30.0);
         for k in (20..600).step_by(20) {
             spoilt[k] = Some(30.0 + (k % 70) as f64);
             spoilt[k + 1] = None;
