@@ -20,7 +20,9 @@ const STEEPEST_SLOPE_PX: f64 = 8.0;
 /// Variances of position and velocity when the filter starts anew from them \[px², px²/frame²\].
 const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
 /// σ of the prediction above which the seam is lost \[px\]: 2.7 σ are 1 mm at 0.073 mm/px.
-const LOST_STD_PX: f64 = 5.0;
+pub const LOST_STD_PX: f64 = 5.0;
+/// The same for a hairline, whose sightings are sometimes off by more than they claim. Tuned.
+pub const HAIRLINE_LOST_STD_PX: f64 = 3.0;
 /// Frames without a sighting after which the seam is lost, however sure the prediction is: as many as there were
 /// sightings, within these bounds. A young track has not earned a long absence.
 const LOST_FRAMES: std::ops::RangeInclusive<u32> = 3..=30;
@@ -62,18 +64,19 @@ pub struct Judge {
     unseen: u32,
     sightings: u32,
     lost: bool,
+    lost_std_px: f64,
     parts: Parts,
 }
 
 impl Judge {
-    /// Starts at a sighting of variance `variance_px2`.
+    /// Starts at a sighting of variance `variance_px2`; the seam is lost when σ exceeds `lost_std_px`.
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn start(u_px: f64, variance_px2: f64, parts: Parts) -> Result<Self, TrackerError> {
+    pub fn start(u_px: f64, variance_px2: f64, lost_std_px: f64, parts: Parts) -> Result<Self, TrackerError> {
         let filter =
             SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, START_VELOCITY_VARIANCE], parts)?;
-        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false, parts })
+        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false, lost_std_px, parts })
     }
 
     /// Goes `frames` on, with the measurements' noise scaled by `noise`.
@@ -149,7 +152,7 @@ impl Judge {
     pub fn missed(&mut self) {
         self.unseen += 1;
         let (_, variance) = self.position();
-        self.lost |= variance.sqrt() > LOST_STD_PX || self.unseen > self.patience();
+        self.lost |= variance.sqrt() > self.lost_std_px || self.unseen > self.patience();
     }
 
     /// Offers a stand-in for the sighting that was missed; it never restarts the filter.
@@ -195,7 +198,7 @@ mod tests {
     const R_PX2: f64 = 0.1;
 
     fn settled() -> Judge {
-        let mut judge = Judge::start(100.0, R_PX2, Parts::default()).unwrap();
+        let mut judge = Judge::start(100.0, R_PX2, LOST_STD_PX, Parts::default()).unwrap();
         for t in 1..40 {
             judge.predict(1.0, 1.0).unwrap();
             judge.sighted(f64::from(t), 100.0 + 0.5 * f64::from(t), R_PX2, true).unwrap();

@@ -28,7 +28,7 @@ use self::geometry::GeometryEye;
 use self::hairline::HairlineEye;
 use self::history::History;
 pub use self::judge::REFUSE_NIS;
-use self::judge::{Judge, Measured, Verdict};
+use self::judge::{HAIRLINE_LOST_STD_PX, Judge, LOST_STD_PX, Measured, Verdict};
 use self::noise::NoiseScale;
 pub use self::part::{Part, Parts};
 use self::seek::{Found, Seeker};
@@ -166,10 +166,10 @@ impl RobustTracker {
     fn seek(&mut self, frame: &GrayFrame) -> Result<Estimate, TrackerError> {
         let status = if self.joints.is_empty() { Status::Seeking } else { Status::Lost };
         let (eye, sighting, kind, reason) = match self.seeker.look(frame) {
-            Found::Nothing { stripe_seen } => {
+            Found::Nothing { stripe_seen, evidence } => {
                 self.history.nothing();
                 let observation = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
-                return Ok(Estimate { status, ..Estimate::seeking(observation) });
+                return Ok(Estimate { status, evidence, ..Estimate::seeking(observation) });
             }
             Found::Joint { seed, reason } => {
                 let (kind, eye) = (seed.model.kind, GeometryEye::new(seed.model, self.settings.parts));
@@ -184,7 +184,11 @@ impl RobustTracker {
         self.kcf.train(frame, centre);
         self.history.found(Measured { u_px: centre.u_px, variance_px2 });
         self.noise = NoiseScale::default();
-        let judge = Judge::start(centre.u_px, variance_px2, self.settings.parts)?;
+        let lost_std_px = match &eye {
+            Eye::Geometry(_) => LOST_STD_PX,
+            Eye::Hairline(_) => HAIRLINE_LOST_STD_PX,
+        };
+        let judge = Judge::start(centre.u_px, variance_px2, lost_std_px, self.settings.parts)?;
         let following = Following { eye, judge, v_px: centre.v_px, kcf_bias_px: 0.0, plain_frames: 0 };
         let seam = Some(following.seam());
         self.following = Some(following);

@@ -31,8 +31,6 @@ const STRAIGHT_REACH_PX: usize = 40;
 const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
-/// Frames for which the hairline's place must have been straight.
-const HAIRLINE_FRAMES: u32 = 2;
 
 /// What a frame brought.
 pub enum Found {
@@ -40,6 +38,8 @@ pub enum Found {
     Nothing {
         /// There was a stripe.
         stripe_seen: bool,
+        /// What speaks for a hairline.
+        evidence: Evidence,
     },
     /// A joint with edges or a corner.
     Joint {
@@ -70,7 +70,6 @@ pub struct Seeker {
     untouched: bool,
     hairline: HairlineTracker,
     straight_share: f64,
-    hairline_frames: u32,
 }
 
 impl Seeker {
@@ -84,7 +83,6 @@ impl Seeker {
             untouched: true,
             hairline: HairlineTracker::default(),
             straight_share: 0.0,
-            hairline_frames: 0,
         }
     }
 
@@ -110,8 +108,11 @@ impl Seeker {
             let reason = classify::reason(&seed, self.kind.is_some());
             return Found::Joint { seed: Box::new(seed), reason };
         }
-        if self.kind.is_none_or(|kind| kind == JointKind::Butt)
-            && let Some(estimate) = self.hairline.step(frame)
+        let may_be_hairline = self.kind.is_none_or(|kind| kind == JointKind::Butt);
+        let hairline = if may_be_hairline { self.hairline.step(frame) } else { None };
+        let presence = hairline.map(|estimate| estimate.grid.presence);
+        let evidence = Evidence { along_px: hairline.map(|estimate| estimate.seam.u_px), presence, ..Evidence::NONE };
+        if let Some(estimate) = hairline
             && self.hairline_is_certain(&line, &estimate)
         {
             return Found::Hairline {
@@ -120,14 +121,14 @@ impl Seeker {
                     centre: estimate.seam,
                     variance_px2: estimate.grid.sd_px.powi(2),
                     clear: true,
-                    evidence: Evidence { presence: Some(estimate.grid.presence), ..Evidence::NONE },
+                    evidence,
                     section: None,
                     fit: None,
                 }),
                 reason: "one straight stripe with a hairline break that moves as a seam does".into(),
             };
         }
-        Found::Nothing { stripe_seen }
+        Found::Nothing { stripe_seen, evidence }
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
@@ -153,9 +154,7 @@ impl Seeker {
         let share = straight_share(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u));
         self.straight_share += STRAIGHT_RATE * (share - self.straight_share);
         let present = estimate.presence == SeamPresence::Present;
-        let straight = self.straight_share >= STRAIGHT_SHARE;
-        self.hairline_frames = if present && straight { self.hairline_frames + 1 } else { 0 };
-        self.hairline_frames >= HAIRLINE_FRAMES
+        present && self.straight_share >= STRAIGHT_SHARE
     }
 }
 
