@@ -13,9 +13,12 @@ demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
 	  --preset paper -o results/demo-butt-paper --force --max-unavailable 100 --quiet
 	./target/release/seamtrack compare results/demo-butt results/demo-butt-paper -o results/demo-comparison.html --force
+	./target/release/seamtrack track fixtures/demo-hairline --truth fixtures/demo-hairline/truth.csv --mm-per-px 0.217 \
+	  --max-unavailable 100 --overlay results/demo-hairline/overlay -o results/demo-hairline --force
 	@echo
 	@echo "Look at results/demo-butt/report.html (the run), results/demo-butt/overlay (the frames with their marks)"
-	@echo "and results/demo-comparison.html (beside the method of Du 2022)."
+	@echo "and results/demo-comparison.html (beside the method of Du 2022); then at the difficult recording, a fitted joint"
+	@echo "under an arc: results/demo-hairline/report.html and results/demo-hairline/overlay."
 
 build: setup
 	$(CARGO) build --release

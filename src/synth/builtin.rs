@@ -10,7 +10,7 @@ macro_rules! built_in {
 }
 
 /// Scenes A to K of the method's description, then those that cover what they do not.
-const SCENES: [(&str, &str); 24] = built_in![
+const SCENES: [(&str, &str); 25] = built_in![
     "A-butt",
     "B-lap",
     "C-butt-severe",
@@ -32,6 +32,7 @@ const SCENES: [(&str, &str); 24] = built_in![
     "hairline",
     "hairline-arc",
     "demo-butt",
+    "demo-hairline",
     "large",
     "du-butt",
     "du-lap",

@@ -7,7 +7,7 @@ use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::JointKind;
+use crate::imgproc::geometry::{JointFit, JointKind};
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
@@ -19,8 +19,11 @@ const RECENT_FRAMES: usize = 8;
 /// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
-/// How alike in gap \[px\].
+/// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
+/// end one side is always the same, the other any spatter.
 const GAP_AGREEMENT_PX: f64 = 5.0;
+const STEP_AGREEMENT_PX: f64 = 5.0;
+const SLOPE_AGREEMENT: f64 = 0.2;
 /// A frame is calm when fewer pixels than this off the stripe are as bright as half the stripe: no spatter, no glare.
 const CALM_PIXELS: usize = 30;
 /// What counts as off the stripe \[px\].
@@ -160,10 +163,15 @@ impl Seeker {
 
 /// Whether a seed and that of `age` frames before are of one joint.
 fn agree(seed: &Seed, before: &Seed, age: usize) -> bool {
-    let gap_px = |seed: &Seed| seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    let (fit, other) = (&seed.fit, &before.fit);
+    let gap_px = |fit: &JointFit| fit.edges.map_or(0.0, |edges| edges.gap_px);
+    let step_px = |fit: &JointFit| fit.right.v_px - fit.left.v_px;
+    let slopes = [fit.left.slope - other.left.slope, fit.right.slope - other.right.slope];
     seed.model.kind == before.model.kind
-        && (seed.fit.centre.u_px - before.fit.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
-        && (gap_px(seed) - gap_px(before)).abs() < GAP_AGREEMENT_PX
+        && (fit.centre.u_px - other.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
+        && (gap_px(fit) - gap_px(other)).abs() < GAP_AGREEMENT_PX
+        && (step_px(fit) - step_px(other)).abs() < STEP_AGREEMENT_PX
+        && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
 }
 
 /// Whether what `seed` takes for its gap is a groove between its edges, as `other` has it.
