@@ -20,7 +20,7 @@ struct Arguments {
     seeds: RangeInclusive<u64>,
 }
 
-const SCENES: [&str; 8] = [
+const SCENES: [&str; 11] = [
     "C-butt-severe",
     "D-vgroove-sine",
     "F-lap-false-stripe",
@@ -29,6 +29,9 @@ const SCENES: [&str; 8] = [
     "I-butt-heavy",
     "J-lap-heavy",
     "K-butt-narrow",
+    "tack",
+    "large",
+    "du-butt",
 ];
 
 fn main() -> Result<()> {

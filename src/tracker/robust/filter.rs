@@ -73,6 +73,11 @@ impl SeamFilter {
         Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, parts, spaces: spaces(1.0, 1.0, parts)? })
     }
 
+    /// The scale of the measurements' noise.
+    pub const fn noise(&self) -> f64 {
+        self.noise
+    }
+
     /// Sets the scale of the measurements' noise: 1 for plate edges with a raggedness of 0.6 px.
     pub fn set_noise(&mut self, noise: f64) {
         self.noise = noise;

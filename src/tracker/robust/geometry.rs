@@ -23,10 +23,10 @@ const LARGEST_DV_PX: f64 = 25.0;
 const COST_PER_PX: f64 = 0.002;
 /// Frames unseen after which the prediction is not fresh.
 const FRESH_FRAMES: u32 = 5;
-/// Edge cost of an undisturbed fit, and how R grows above it \[px²\]. Tuned: at a cost of 0.02 the squared error is some
-/// 1 px², at 0.05 some 2 px².
+/// Edge cost of an undisturbed fit, and how R grows with the square of what is above it \[px²\]. Tuned: at a cost of
+/// 0.02 the squared error is some 1 px², at 0.05 some 5 px².
 const USUAL_COST: f64 = 0.005;
-const VARIANCE_PER_COST_PX2: f64 = 25.0;
+const VARIANCE_PER_COST2_PX2: f64 = 3000.0;
 /// The whole-frame search: step along the stripe and shifts across it \[px\], margin at the border \[px\].
 const SEARCH_STEP_PX: usize = 12;
 const SEARCH_SHIFTS_PX: [f64; 3] = [-8.0, 0.0, 8.0];
@@ -133,7 +133,7 @@ impl GeometryEye {
 /// R of a fit \[px²\]: edges that explain the stripe badly are worth less.
 fn variance_px2(fit: &JointFit) -> f64 {
     let excess_cost = fit.edges.map_or(0.0, |edges| (edges.cost - USUAL_COST).max(0.0));
-    GEOMETRY_VARIANCE_PX2 + VARIANCE_PER_COST_PX2 * excess_cost
+    GEOMETRY_VARIANCE_PX2 + VARIANCE_PER_COST2_PX2 * excess_cost.powi(2)
 }
 
 fn evidence(fit: &JointFit) -> Evidence {

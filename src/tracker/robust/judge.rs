@@ -8,15 +8,15 @@ use crate::tracker::TrackerError;
 /// NIS above which a sighting is refused, and above which it is used with an inflated R. Prototype.
 pub const REFUSE_NIS: f64 = 16.0;
 const INFLATE_NIS: f64 = 4.0;
-/// Refused sightings that agree with each other and make the filter start anew. Prototype.
-const AGREEING_REFUSALS: usize = 3;
-/// As many are enough when each is clear by itself.
-const AGREEING_CLEAR_REFUSALS: usize = 2;
-/// The refusals that are looked at, and how long they count \[frames\].
-const RECENT_REFUSALS: usize = 4;
-/// How far they may lie from one straight line \[px\], and its steepest slope \[px/frame\].
+/// The refusals that are looked at, and how long they count \[frames\]. Three that agree with each other make the filter
+/// start anew (prototype), two when each is clear by itself and the seam is not lost, or they lie where it is expected
+/// (tuned).
+const RECENT_REFUSALS: usize = 5;
+/// How far they may lie from one straight line \[px\], more where the edges are torn, and its steepest slope
+/// \[px/frame\]: of any, and of three or more clear ones. Prototype; the last chosen: large pictures move fast.
 const AGREEMENT_PX: f64 = 1.5;
 const STEEPEST_SLOPE_PX: f64 = 8.0;
+const STEEPEST_CLEAR_SLOPE_PX: f64 = 20.0;
 /// Variances of position and velocity when the filter starts anew from them \[px², px²/frame²\].
 const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
 /// σ of the prediction above which the seam is lost \[px\]: 2.7 σ are 1 mm at 0.073 mm/px.
@@ -54,6 +54,8 @@ struct Refused {
     frame: f64,
     u_px: f64,
     clear: bool,
+    /// Near the prediction: refused only because the seam was lost.
+    expected: bool,
 }
 
 /// The filter and its guard.
@@ -135,7 +137,7 @@ impl Judge {
             self.sightings += 1;
             return Ok((nis, Verdict::Taken(self.take(nis, u_px, variance_px2)?)));
         }
-        self.refused.push(Refused { frame: now, u_px, clear });
+        self.refused.push(Refused { frame: now, u_px, clear, expected: nis <= INFLATE_NIS });
         let may_restart = self.lost || self.parts.has(Part::Reacquisition);
         if let Some((start_px, slope)) = self.agreement(now).filter(|_| may_restart) {
             self.filter = SeamFilter::start(start_px, slope, RESTART_VARIANCES, self.parts)?;
@@ -172,22 +174,33 @@ impl Judge {
         Ok(Measured { u_px, variance_px2 })
     }
 
-    /// Whether the last refused sightings agree on a straight path: its position and slope now.
+    /// Whether the newest refused sighting and enough of those just before it lie on a straight path: its position and
+    /// slope now. A stray one among them does not matter.
     fn agreement(&self, now: f64) -> Option<(f64, f64)> {
         let fresh = |r: &&Refused| r.frame >= now - RECENT_REFUSALS as f64;
-        let recent: Vec<&Refused> = self.refused.iter().rev().take(RECENT_REFUSALS).filter(fresh).collect();
-        let all_clear = !self.lost && recent.iter().all(|r| r.clear);
-        if recent.len() < if all_clear { AGREEING_CLEAR_REFUSALS } else { AGREEING_REFUSALS } {
-            return None;
-        }
-        let n = recent.len() as f64;
-        let mean_t = recent.iter().map(|r| r.frame - now).sum::<f64>() / n;
-        let mean_u = recent.iter().map(|r| r.u_px).sum::<f64>() / n;
-        let spread: f64 = recent.iter().map(|r| (r.frame - now - mean_t).powi(2)).sum();
-        let slope = recent.iter().map(|r| (r.frame - now - mean_t) * (r.u_px - mean_u)).sum::<f64>() / spread;
-        let off_line = |r: &&Refused| (r.u_px - mean_u - slope * (r.frame - now - mean_t)).abs();
-        let straight = recent.iter().all(|r| off_line(r) < AGREEMENT_PX);
-        (straight && slope.abs() < STEEPEST_SLOPE_PX).then_some((mean_u - slope * mean_t, slope))
+        let recent: Vec<Refused> = self.refused.iter().rev().take(RECENT_REFUSALS).filter(fresh).copied().collect();
+        let [newest, others @ ..] = &recent[..] else { return None };
+        let threes = others.iter().enumerate().flat_map(|(i, b)| others[i + 1..].iter().map(|c| [*newest, *b, *c]));
+        let enough = |r: &Refused| r.clear && (r.expected || !self.lost);
+        let two = others.first().map(|b| [*newest, *b]).filter(|two| two.iter().all(enough));
+        let two = two.and_then(|two| self.straight_path(now, &two, STEEPEST_SLOPE_PX));
+        let steepest_px = |three: &[Refused; 3]| {
+            if three.iter().all(|r| r.clear) { STEEPEST_CLEAR_SLOPE_PX } else { STEEPEST_SLOPE_PX }
+        };
+        two.or_else(|| threes.filter_map(|three| self.straight_path(now, &three, steepest_px(&three))).next())
+    }
+
+    /// Position and slope now of the straight line through `refused`, if they lie on one.
+    fn straight_path(&self, now: f64, refused: &[Refused], steepest_px: f64) -> Option<(f64, f64)> {
+        let n = refused.len() as f64;
+        let mean_t = refused.iter().map(|r| r.frame - now).sum::<f64>() / n;
+        let mean_u = refused.iter().map(|r| r.u_px).sum::<f64>() / n;
+        let spread: f64 = refused.iter().map(|r| (r.frame - now - mean_t).powi(2)).sum();
+        let slope = refused.iter().map(|r| (r.frame - now - mean_t) * (r.u_px - mean_u)).sum::<f64>() / spread;
+        let off_line_px = |r: &Refused| (r.u_px - mean_u - slope * (r.frame - now - mean_t)).abs();
+        let tolerance_px = AGREEMENT_PX * self.filter.noise().sqrt().max(1.0);
+        let straight = refused.iter().all(|r| off_line_px(r) < tolerance_px) && slope.abs() < steepest_px;
+        straight.then_some((mean_u - slope * mean_t, slope))
     }
 }
 
