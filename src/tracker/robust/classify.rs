@@ -5,7 +5,7 @@ use crate::imgproc::geometry::JointKind;
 
 /// A step this high between the plates makes a lap joint \[px\]. Chosen: plates of a butt joint are set level to within
 /// a fraction of their thickness; a lap joint's step is the thickness.
-const LAP_STEP_PX: f64 = 10.0;
+pub const LAP_STEP_PX: f64 = 10.0;
 /// Least bend of a corner that passes for one without being asked for. Chosen: plates tilted against each other by a
 /// bad fit-up stay below it.
 const LEAST_BEND: f64 = 0.3;

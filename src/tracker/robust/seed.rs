@@ -3,7 +3,7 @@
 use super::classify;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, learn};
-use crate::imgproc::{Centreline, SeedSettings, seam_candidates};
+use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
 use crate::units::PixelPoint;
 
 /// Arm of the second difference that shows a corner \[px\]. Prototype.
@@ -21,6 +21,10 @@ const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
 /// Width of a break that may be an open root \[px\].
 const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
+/// A narrower gap is no gap with two edges, but a speckle or a hairline \[px\]. Chosen: a stripe's edge is as wide.
+const LEAST_GAP_PX: f64 = 3.0;
+/// A gap at least this wide is fitted with its width as it shows \[px\]. Chosen: the fit expects 12 ± 8 px otherwise.
+const WIDE_GAP_PX: f64 = 25.0;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
@@ -56,9 +60,11 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
     let candidates = seam_candidates(line, &settings);
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
-        let places = candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features.centre());
-        let places = places.chain(notches(line));
-        seeds.extend(best(places.filter_map(|place| edges(frame, place, tried, kind.is_none()))));
+        let strong = || candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features);
+        let places = strong().map(SeamFeatures::centre).chain(notches(line)).map(|place| (place, None));
+        let wide = strong().filter(|_| tried == JointKind::Butt).filter_map(wide_gap);
+        let open = kind.is_none();
+        seeds.extend(best(places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open))));
     }
     seeds
 }
@@ -67,7 +73,7 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
 pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Option<Seed> {
     let with_edges = |kind: Option<JointKind>| {
         let tried = EDGED.into_iter().filter(|&tried| kind.is_none_or(|kind| kind == tried));
-        best(tried.filter_map(|tried| edges(frame, place, tried, kind.is_none())))
+        best(tried.filter_map(|tried| edges(frame, place, None, tried, kind.is_none())))
     };
     let seed = match kind {
         Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
@@ -83,29 +89,37 @@ fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
     seeds.max_by(|a, b| score(a).total_cmp(&score(b)))
 }
 
-/// A joint with edges at `place`, fitted with the first gap of kind `tried`; its step says which kind it is, if that is
-/// open.
-fn edges(frame: &GrayFrame, place: PixelPoint, tried: JointKind, open: bool) -> Option<Seed> {
-    let mut seed = refine(frame, place, tried)?;
+/// The middle and the width of a wide gap between level plates; its bottom may show.
+fn wide_gap(features: &SeamFeatures) -> Option<(PixelPoint, Option<f64>)> {
+    let gap_px = features.behind.u_px - features.before.u_px;
+    let level = (features.behind.v_px - features.before.v_px).abs() < classify::LAP_STEP_PX;
+    (level && gap_px >= WIDE_GAP_PX).then(|| (features.centre(), Some(gap_px)))
+}
+
+/// A joint with edges at `place`, fitted with the first gap of kind `tried` or the one that is known; its step says
+/// which kind it is, if that is open.
+fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: JointKind, open: bool) -> Option<Seed> {
+    let mut seed = refine(frame, place, gap_px, tried)?;
     if open {
         seed.model.kind = classify::kind_with_edges(&seed);
     }
-    Some(seed)
+    let is_narrow = seed.fit.edges.is_some_and(|edges| edges.gap_px < LEAST_GAP_PX);
+    (!is_narrow || seed.model.kind != JointKind::Butt).then_some(seed)
 }
 
 /// A joint with a corner at `place`; without a kind asked for, only beyond doubt, and a V-groove where the flanks end in
 /// shoulders.
 fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
     if let Some(kind) = kind {
-        return refine(frame, place, kind);
+        return refine(frame, place, None, kind);
     }
-    let groove = refine(frame, place, JointKind::VGroove).filter(classify::is_groove);
-    groove.or_else(|| refine(frame, place, JointKind::Fillet).filter(classify::is_corner))
+    let groove = refine(frame, place, None, JointKind::VGroove).filter(classify::is_groove);
+    groove.or_else(|| refine(frame, place, None, JointKind::Fillet).filter(classify::is_corner))
 }
 
 /// Learns the cross-section round `place` and fits it there.
-fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed> {
-    let mut model = learn(frame, place, kind)?;
+fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: JointKind) -> Option<Seed> {
+    let mut model = JointModel { gap_px, ..learn(frame, place, kind)? };
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
     let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
