@@ -21,8 +21,8 @@ const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
 /// Width of a break that may be an open root \[px\].
 const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
-/// A narrower gap is no gap with two edges, but a speckle or a hairline \[px\]. Chosen: a stripe's edge is as wide.
-const LEAST_GAP_PX: f64 = 3.0;
+/// A narrower gap is no gap with two edges, but a speckle or a hairline \[px\]. Tuned.
+const LEAST_GAP_PX: f64 = 2.5;
 /// A gap at least this wide is fitted with its width as it shows \[px\]. Chosen: the fit expects 12 ± 8 px otherwise.
 const WIDE_GAP_PX: f64 = 25.0;
 /// How far the refined centre may lie from the seed \[px\].
