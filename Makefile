@@ -3,9 +3,10 @@
 
 CARGO ?= cargo
 SEEDS ?= 1-5
-ABLATION_SEEDS ?= 11-13
+ABLATION_SEEDS ?= 61-63
+KINDS_SEEDS ?= 121-124
 
-.PHONY: demo test build setup checks bench regress ablation peers scenes clean
+.PHONY: demo test build setup checks bench regress ablation kinds peers clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -49,6 +50,10 @@ regress: setup
 # What each part of the robust method is worth: it is taken away, and the table printed.
 ablation: setup
 	$(CARGO) run --release --example ablation -- --seeds $(ABLATION_SEEDS)
+
+# Which joint is found by itself, and when, in every kind of scene.
+kinds: setup
+	$(CARGO) run --release --example kinds -- --seeds $(KINDS_SEEDS)
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
