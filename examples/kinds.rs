@@ -5,19 +5,17 @@
 
 use std::ops::RangeInclusive;
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 use clap::Parser;
 use rayon::prelude::*;
 use seamtrack::config::Config;
-use seamtrack::regress::parse_seeds;
+use seamtrack::regress::{follow_with, parse_seeds, score};
 use seamtrack::synth::scenario::{Joint, Scenario};
 use seamtrack::synth::{Scene, builtin};
 use seamtrack::tracker::Tracker;
 
 /// Frames within which the joint should be found.
 const SOON_FRAMES: usize = 10;
-/// A value this far from the truth is wrong \[px\]: 1 mm at 0.073 mm/px.
-const WRONG_PX: f64 = 13.7;
 
 /// Print which joint is found when
 #[derive(Parser)]
@@ -33,7 +31,6 @@ struct Arguments {
 }
 
 /// What became of one recording.
-#[derive(Default)]
 struct Found {
     right: bool,
     late: bool,
@@ -71,23 +68,14 @@ fn find(scenario: &Scenario, seed: u64) -> Result<Found> {
         Joint::Butt(_) | Joint::Hairline(_) => Some("butt"),
     };
     let mut tracker = Tracker::new(&Config::default().method()?, None, None)?;
-    let (mut found, mut appeared) = (Found::default(), None);
-    for i in 0..scene.frame_count() {
-        let estimate = tracker.step(&scene.render(i), scene.timestamp_s(i))?;
-        let truth_px = scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
-        appeared = appeared.or(truth_px.map(|_| i));
-        match (estimate.seam, truth_px) {
-            (Some(seam), Some(truth_px)) => {
-                found.wrong += usize::from((scene.axis().along_px(seam.centre) - truth_px).abs() > WRONG_PX);
-            }
-            (Some(_), None) => found.invented += 1,
-            (None, _) => {}
-        }
-    }
+    let lanes = follow_with(&mut tracker, &scene)?;
+    let filtered = lanes.iter().find(|lane| lane.name == "filtered").context("the tracker has no causal path")?;
+    let score = score("", seed, &scene, filtered);
+    let appeared = (0..scene.frame_count()).find(|&i| scene.truth(i).seam.is_some());
     let decided = tracker.joints().first();
-    found.other_kind = decided.is_some_and(|joint| Some(joint.kind) != wanted);
+    let other_kind = decided.is_some_and(|joint| Some(joint.kind) != wanted);
     let soon = decided.is_some_and(|joint| joint.frame <= appeared.unwrap_or(0) + SOON_FRAMES);
-    found.late = wanted.is_some() && !soon;
-    found.right = !found.other_kind && !found.late;
-    Ok(found)
+    let late = wanted.is_some() && !soon;
+    let wrong = score.errors.map_or(0, |errors| errors.wrong_frames);
+    Ok(Found { right: !other_kind && !late, late, other_kind, invented: score.invented_frames, wrong })
 }

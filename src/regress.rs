@@ -101,7 +101,14 @@ pub fn run<E: Send>(
 /// # Errors
 /// When the method cannot be built or fails.
 pub fn follow(scene: &Scene, method: &Method) -> Result<Vec<Lane>, TrackerError> {
-    let mut tracker = Tracker::new(method, None, None)?;
+    follow_with(&mut Tracker::new(method, None, None)?, scene)
+}
+
+/// The same with a tracker of one's own, which has seen no frame yet.
+///
+/// # Errors
+/// When the method fails.
+pub fn follow_with(tracker: &mut Tracker, scene: &Scene) -> Result<Vec<Lane>, TrackerError> {
     let (mut kcf, mut filtered, mut frame_ms) = (vec![], vec![], vec![]);
     for i in 0..scene.frame_count() {
         let frame = scene.render(i);

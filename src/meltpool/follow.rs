@@ -106,11 +106,9 @@ struct Stretch<const N: usize> {
 
 struct Follower<'a, const N: usize, const P: usize, T: Model<N, 2, P>> {
     model: &'a T,
-    as_printed: bool,
+    noise: NoiseLevels,
     learns: bool,
     readings: &'a [Reading],
-    sigma_px: f64,
-    tolerance_px: f64,
     frames: Vec<Followed>,
     stretch: Option<Stretch<N>>,
     seen: bool,
@@ -126,11 +124,9 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
     ) -> Result<Vec<Followed>, SeriesError> {
         let mut follower = Self {
             model,
-            as_printed: noise.from == Noise::Paper,
+            noise,
             learns: paper_learns && noise.from == Noise::Paper,
             readings,
-            sigma_px: noise.measurement_px2.sqrt(),
-            tolerance_px: noise.start_tolerance_px(),
             frames: Vec::with_capacity(readings.len()),
             stretch: None,
             seen: false,
@@ -142,6 +138,10 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         }
         follower.close();
         Ok(follower.frames)
+    }
+
+    fn as_printed(&self) -> bool {
+        self.noise.from == Noise::Paper
     }
 
     fn step(&mut self, k: usize) -> Result<Followed, SeriesError> {
@@ -162,14 +162,14 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             }
             Ok(value) => (Some(value), None),
         };
-        let before = Some(stretch.last).filter(|&(frame, _)| self.as_printed && frame + 1 == k);
+        let before = Some(stretch.last).filter(|&(frame, _)| self.as_printed() && frame + 1 == k);
         let displacement = taken.zip(before).map(|(now, (_, before))| now - before);
         let space = |dt_s| {
             let space = self.model.space_over(dt_s)?;
             Ok(stretch.adaptation.map_or(space, |adaptation| space.with_R(adaptation.R())))
         };
         let frame = Frame::new(dt_s, [taken, displacement]);
-        let gate = if self.as_printed { complete_frames_gate() } else { ONE_VALUE_GATE };
+        let gate = if self.as_printed() { complete_frames_gate() } else { ONE_VALUE_GATE };
         let step = *stretch.trajectory.push(&frame, space, Some(gate)).map_err(|error| error.at_frame(k))?;
         if let Some(adaptation) = &mut stretch.adaptation {
             adaptation.learn(&step);
@@ -179,7 +179,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
             self.outliers.clear();
         }
         let sigma_px = estimated(&step.update.posterior).1;
-        let is_vague = taken.is_none() && sigma_px > MOST_COASTING_SIGMAS * self.sigma_px;
+        let is_vague = taken.is_none() && sigma_px > MOST_COASTING_SIGMAS * self.noise.measurement_px2.sqrt();
         if is_vague || k - stretch.last.0 > MOST_COASTING {
             self.stretch = Some(stretch);
             self.close();
@@ -202,10 +202,10 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
         let value_of = |frame: usize| self.readings[frame].value_px.ok();
         let recent =
             |needed: usize| (k + 1).checked_sub(needed).map(|first| (first..=k).filter_map(value_of).collect());
-        let recent: Vec<f64> = recent(if self.as_printed { 2 } else { 3 }).unwrap_or_default();
+        let recent: Vec<f64> = recent(if self.as_printed() { 2 } else { 3 }).unwrap_or_default();
         let (z0, z1) = match recent[..] {
-            [z0, z1] if self.as_printed && (z1 - z0).abs() <= self.tolerance_px => (z0, z1),
-            [before, z0, z1] if (z1 - 2.0 * z0 + before).abs() <= self.tolerance_px => (z0, z1),
+            [z0, z1] if self.as_printed() && (z1 - z0).abs() <= self.noise.start_tolerance_px() => (z0, z1),
+            [before, z0, z1] if self.noise.on_a_line([before, z0, z1]) => (z0, z1),
             _ => return Ok(self.without_value(value, value.err())),
         };
         let dt_s = self.readings[k].time_s - self.readings[k - 1].time_s;
@@ -230,7 +230,7 @@ impl<'a, const N: usize, const P: usize, T: Model<N, 2, P>> Follower<'a, N, P, T
 
     /// Whether enough values were refused in a row that agree among themselves.
     fn outliers_agree(&self) -> bool {
-        self.outliers.len() == RESTART_AFTER && spread(&self.outliers) <= self.tolerance_px
+        self.outliers.len() == RESTART_AFTER && spread(&self.outliers) <= self.noise.start_tolerance_px()
     }
 
     fn is_outlier(&self, stretch: &Stretch<N>, k: usize, dt_s: f64, value: f64) -> Result<bool, SeriesError> {

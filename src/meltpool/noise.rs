@@ -77,14 +77,14 @@ impl NoiseLevels {
     #[must_use]
     pub fn of_series(measure: Measure, values_px: &[Option<f64>], period_s: f64) -> Option<Self> {
         let measurement_px2 = scatter(values_px)?;
-        let tolerance_px = Self { measurement_px2, drive: 0.0, from: Noise::Fit }.start_tolerance_px();
-        let on_line = |three: &[Option<f64>]| Some((three[2]? - 2.0 * three[1]? + three[0]?).abs() <= tolerance_px);
-        let first = values_px.windows(3).position(|three| on_line(three) == Some(true))?;
+        let levels = |drive| Self { measurement_px2, drive, from: Noise::Fit };
+        let start =
+            |three: &[Option<f64>]| matches!(*three, [Some(a), Some(b), Some(c)] if levels(0.0).on_a_line([a, b, c]));
+        let first = values_px.windows(3).position(start)?;
         let fitted = &values_px[first..values_px.len().min(first + FITTED_FRAMES)];
         let frames: Vec<Frame<2>> = fitted.iter().map(|&value| Frame::new(period_s, [value, None])).collect();
         let likelihood = |half_decade: i32| {
-            let drive = drive(measure, half_decade, period_s);
-            let levels = Self { measurement_px2, drive, from: Noise::Fit };
+            let levels = levels(drive(measure, half_decade, period_s));
             let fit = match measure {
                 Measure::Tip => levels.tip_model(period_s).ok().and_then(|model| likelihood(&model, &frames)),
                 Measure::Width => levels.width_model().ok().and_then(|model| likelihood(&model, &frames)),
@@ -93,7 +93,12 @@ impl NoiseLevels {
         };
         let scored = DRIVE_DECADES.map(|half_decade| (half_decade, likelihood(half_decade)));
         let (best, _) = scored.max_by(|a, b| a.1.total_cmp(&b.1))?;
-        Some(Self { measurement_px2, drive: drive(measure, best, period_s), from: Noise::Fit })
+        Some(levels(drive(measure, best, period_s)))
+    }
+
+    /// Whether first values lie on a straight line, as those of one motion do.
+    pub(super) fn on_a_line(&self, [a, b, c]: [f64; 3]) -> bool {
+        (c - 2.0 * b + a).abs() <= self.start_tolerance_px()
     }
 
     /// How far first values that belong together may lie off \[px\].

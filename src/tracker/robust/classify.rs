@@ -15,7 +15,7 @@ const LEAST_BEND: f64 = 0.3;
 const LEAST_GROOVE_SDS: f64 = 4.0;
 
 /// The height of the right plate over the left one at the seam \[px\]; v grows downwards.
-fn step_px(seed: &Seed) -> f64 {
+pub fn step_px(seed: &Seed) -> f64 {
     seed.fit.right.v_px - seed.fit.left.v_px
 }
 

@@ -180,14 +180,14 @@ impl Judge {
         let fresh = |r: &&Refused| r.frame >= now - RECENT_REFUSALS as f64;
         let recent: Vec<Refused> = self.refused.iter().rev().take(RECENT_REFUSALS).filter(fresh).copied().collect();
         let [newest, others @ ..] = &recent[..] else { return None };
-        let threes = others.iter().enumerate().flat_map(|(i, b)| others[i + 1..].iter().map(|c| [*newest, *b, *c]));
+        let mut threes = others.iter().enumerate().flat_map(|(i, b)| others[i + 1..].iter().map(|c| [*newest, *b, *c]));
         let enough = |r: &Refused| r.clear && (r.expected || !self.lost);
         let two = others.first().map(|b| [*newest, *b]).filter(|two| two.iter().all(enough));
         let two = two.and_then(|two| self.straight_path(now, &two, STEEPEST_SLOPE_PX));
         let steepest_px = |three: &[Refused; 3]| {
             if three.iter().all(|r| r.clear) { STEEPEST_CLEAR_SLOPE_PX } else { STEEPEST_SLOPE_PX }
         };
-        two.or_else(|| threes.filter_map(|three| self.straight_path(now, &three, steepest_px(&three))).next())
+        two.or_else(|| threes.find_map(|three| self.straight_path(now, &three, steepest_px(&three))))
     }
 
     /// Position and slope now of the straight line through `refused`, if they lie on one.

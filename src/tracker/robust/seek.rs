@@ -165,12 +165,11 @@ impl Seeker {
 fn agree(seed: &Seed, before: &Seed, age: usize) -> bool {
     let (fit, other) = (&seed.fit, &before.fit);
     let gap_px = |fit: &JointFit| fit.edges.map_or(0.0, |edges| edges.gap_px);
-    let step_px = |fit: &JointFit| fit.right.v_px - fit.left.v_px;
     let slopes = [fit.left.slope - other.left.slope, fit.right.slope - other.right.slope];
     seed.model.kind == before.model.kind
         && (fit.centre.u_px - other.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
         && (gap_px(fit) - gap_px(other)).abs() < GAP_AGREEMENT_PX
-        && (step_px(fit) - step_px(other)).abs() < STEP_AGREEMENT_PX
+        && (classify::step_px(seed) - classify::step_px(before)).abs() < STEP_AGREEMENT_PX
         && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
 }
 
