@@ -6,9 +6,9 @@ use std::ops::RangeInclusive;
 
 use anyhow::{Result, anyhow};
 use clap::Parser;
-use seamtrack::regress::{Lane, Score, follow, parse_seeds, run};
+use seamtrack::regress::{Lane, Score, follow_with, parse_seeds, run};
 use seamtrack::synth::{Scene, builtin};
-use seamtrack::tracker::{Method, Part, Parts, RobustSettings, TrackerError};
+use seamtrack::tracker::{Method, Part, Parts, RobustSettings, SeamPath, TrackerError};
 
 /// Take the parts of the robust method away one at a time and print one table
 #[derive(Parser)]
@@ -56,7 +56,9 @@ fn main() -> Result<()> {
 
 /// The tracker without a part.
 fn lanes(scene: &Scene, parts: Parts) -> Result<Vec<Lane>, TrackerError> {
-    follow(scene, &Method::Robust(RobustSettings { parts, ..RobustSettings::default() }))
+    let method = Method::Robust(RobustSettings { parts, ..RobustSettings::default() });
+    let path = if parts.has(Part::SmootherFit) { SeamPath::default() } else { SeamPath::default().without_fit() };
+    Ok(follow_with(scene, &method, path)?.0)
 }
 
 /// Means of the mean errors, worst of the maxima, sums of the counts.

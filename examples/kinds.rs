@@ -12,7 +12,7 @@ use seamtrack::config::Config;
 use seamtrack::regress::{follow_with, parse_seeds, score};
 use seamtrack::synth::scenario::{Joint, Scenario};
 use seamtrack::synth::{Scene, builtin};
-use seamtrack::tracker::Tracker;
+use seamtrack::tracker::SeamPath;
 
 /// Frames within which the joint should be found.
 const SOON_FRAMES: usize = 10;
@@ -67,12 +67,11 @@ fn find(scenario: &Scenario, seed: u64) -> Result<Found> {
         Joint::Fillet(_) => Some("fillet"),
         Joint::Butt(_) | Joint::Hairline(_) => Some("butt"),
     };
-    let mut tracker = Tracker::new(&Config::default().method()?, None, None)?;
-    let lanes = follow_with(&mut tracker, &scene)?;
+    let (lanes, joints) = follow_with(&scene, &Config::default().method()?, SeamPath::default())?;
     let filtered = lanes.iter().find(|lane| lane.name == "filtered").context("the tracker has no causal path")?;
     let score = score("", seed, &scene, filtered);
     let appeared = (0..scene.frame_count()).find(|&i| scene.truth(i).seam.is_some());
-    let decided = tracker.joints().first();
+    let decided = joints.first();
     let other_kind = decided.is_some_and(|joint| Some(joint.kind) != wanted);
     let soon = decided.is_some_and(|joint| joint.frame <= appeared.unwrap_or(0) + SOON_FRAMES);
     let late = wanted.is_some() && !soon;

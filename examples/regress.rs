@@ -24,23 +24,26 @@ struct Arguments {
     /// Let the program find the kind of joint
     #[arg(long)]
     find_joint: bool,
+    /// Leave the paper's method out
+    #[arg(long)]
+    ours: bool,
 }
 
 fn main() -> Result<()> {
-    let Arguments { scenes: mut names, seeds, find_joint } = Arguments::parse();
+    let Arguments { scenes: mut names, seeds, find_joint, ours } = Arguments::parse();
     if names.is_empty() {
         names = builtin::scene_names();
     }
     let named = |name: String| Ok((name.clone(), builtin::scenario(&name)?));
     let scenes = names.into_iter().map(named).collect::<Result<Vec<_>>>()?;
     let seeds: Vec<u64> = seeds.collect();
-    let scores = run(&scenes, &seeds, |scene| lanes(scene, find_joint)).map_err(|error| anyhow!(error))?;
+    let scores = run(&scenes, &seeds, |scene| lanes(scene, find_joint, ours)).map_err(|error| anyhow!(error))?;
     print!("{}", table(&scores));
     Ok(())
 }
 
 /// The paper's method, then the robust one, causal and smoothed.
-fn lanes(scene: &Scene, find_joint: bool) -> Result<Vec<Lane>, TrackerError> {
+fn lanes(scene: &Scene, find_joint: bool, ours: bool) -> Result<Vec<Lane>, TrackerError> {
     let joint = match scene.drawn_scenario().joint {
         _ if find_joint => Joint::Auto,
         DrawnJoint::Butt(_) => Joint::Butt,
@@ -54,6 +57,9 @@ fn lanes(scene: &Scene, find_joint: bool) -> Result<Vec<Lane>, TrackerError> {
     let renamed = |lane: Lane, name: &str| Lane { name: name.to_owned(), ..lane };
     let mut lanes = vec![];
     for (config, names) in [(paper, ["KCF alone", "paper"]), (robust, ["causal", "smoothed"])] {
+        if ours && config.preset == Preset::Paper {
+            continue;
+        }
         let Ok(method) = config.method() else { continue };
         let wanted = if config.preset == Preset::Paper { ["KCF", "filtered"] } else { ["filtered", "smoothed"] };
         for lane in follow(scene, &method)? {

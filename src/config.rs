@@ -255,8 +255,7 @@ impl Config {
             Preset::Paper if self.fixed_lag.is_some() => Err(ConfigError::LagWithoutSmoother),
             Preset::Paper => Ok(Method::Paper(self.paper.settings()?)),
             Preset::Robust => {
-                let (joint, fixed_lag) = (self.joint.kind(), self.fixed_lag);
-                Ok(Method::Robust(RobustSettings { joint, fixed_lag, ..RobustSettings::default() }))
+                Ok(Method::Robust(RobustSettings { joint: self.joint.kind(), ..RobustSettings::default() }))
             }
         }
     }

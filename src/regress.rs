@@ -7,9 +7,10 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
+use crate::calib::Sensor;
 use crate::eval::{Errors, Estimate, WRONG_MM, errors};
 use crate::synth::{Scenario, ScenarioError, Scene};
-use crate::tracker::{Method, Tracker, TrackerError};
+use crate::tracker::{JointDecision, Method, SeamEstimate, SeamPath, Session, SessionSettings, TrackerError};
 
 /// One estimator's answer for a whole recording.
 #[derive(Debug, Clone, PartialEq)]
@@ -95,38 +96,44 @@ pub fn run<E: Send>(
     Ok(scores.into_iter().flatten().collect())
 }
 
-/// The program's own tracker on a scene, three lanes: `KCF`, its correlation filter's own peak; `filtered`; and
-/// `smoothed`, which is empty by a method without a smoother.
+/// The program's own tracker on a scene, told its scale. Three lanes: `KCF`, its correlation filter's own peak;
+/// `filtered`; and `smoothed`, which is empty by a method without a smoother.
 ///
 /// # Errors
 /// When the method cannot be built or fails.
 pub fn follow(scene: &Scene, method: &Method) -> Result<Vec<Lane>, TrackerError> {
-    follow_with(&mut Tracker::new(method, None, None)?, scene)
+    Ok(follow_with(scene, method, SeamPath::default())?.0)
 }
 
-/// The same with a tracker of one's own, which has seen no frame yet.
+/// The same with a smoother of one's own, and the joints that were found.
 ///
 /// # Errors
-/// When the method fails.
-pub fn follow_with(tracker: &mut Tracker, scene: &Scene) -> Result<Vec<Lane>, TrackerError> {
-    let (mut kcf, mut filtered, mut frame_ms) = (vec![], vec![], vec![]);
+/// When the method cannot be built or fails.
+pub fn follow_with(
+    scene: &Scene,
+    method: &Method,
+    mut path: SeamPath,
+) -> Result<(Vec<Lane>, Vec<JointDecision>), TrackerError> {
+    let sensor = Sensor::Scale(scene.drawn_scenario().mm_per_px);
+    let mut session = Session::new(&SessionSettings { sensor, ..SessionSettings::new(method.clone()) })?;
+    let (mut kcf, mut filtered, mut frame_ms, mut joints) = (vec![], vec![], vec![], vec![]);
+    let along = |point| scene.axis().along_px(point);
+    let of = |seam: SeamEstimate| Estimate { position_px: along(seam.centre), std_px: Some(seam.std_px) };
     for i in 0..scene.frame_count() {
         let frame = scene.render(i);
         let began = Instant::now();
-        let estimate = tracker.step(&frame, scene.timestamp_s(i))?;
+        let estimate = session.step(&frame, scene.timestamp_s(i))?;
         frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
-        let along = |point| scene.axis().along_px(point);
+        joints.extend(session.joint().filter(|joint| joint.frame == i).cloned());
         kcf.push(estimate.kcf.map(|kcf| Estimate { position_px: along(kcf.peak), std_px: None }));
-        filtered
-            .push(estimate.seam.map(|seam| Estimate { position_px: along(seam.centre), std_px: Some(seam.std_px) }));
+        filtered.push(estimate.seam.map(of));
+        path.push(&estimate);
     }
-    let smoothed = tracker.smoothed()?.into_iter().map(|state| {
-        state.map(|(position_px, variance_px2)| Estimate { position_px, std_px: Some(variance_px2.sqrt()) })
-    });
-    let mut smoothed: Vec<_> = smoothed.collect();
-    smoothed.resize(scene.frame_count(), None);
+    let smoothed = path.smoothed()?.into_iter().map(|seam| seam.map(of)).collect();
     let lane = |name: &str, estimates, frame_ms| Lane { name: name.to_owned(), estimates, frame_ms };
-    Ok(vec![lane("KCF", kcf, vec![]), lane("filtered", filtered, frame_ms), lane("smoothed", smoothed, vec![])])
+    let lanes =
+        vec![lane("KCF", kcf, vec![]), lane("filtered", filtered, frame_ms), lane("smoothed", smoothed, vec![])];
+    Ok((lanes, joints))
 }
 
 /// Scores one lane.

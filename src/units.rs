@@ -50,14 +50,19 @@ impl StripeAxis {
         }
     }
 
-    /// Image coordinates of a point given in the stripe's own frame (u along it), and back: the map is its own
-    /// inverse.
+    /// Image coordinates of a point given in the stripe's own frame (u along it).
     #[must_use]
     pub const fn image_from_stripe(self, point: PixelPoint) -> PixelPoint {
         match self {
             Self::Horizontal => point,
             Self::Vertical => point.transposed(),
         }
+    }
+
+    /// A point of the image in the stripe's own frame: the inverse, which is the same map.
+    #[must_use]
+    pub const fn stripe_from_image(self, point: PixelPoint) -> PixelPoint {
+        self.image_from_stripe(point)
     }
 }
 

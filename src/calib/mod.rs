@@ -1,6 +1,10 @@
 //! Pixels to millimetres.
 
+mod sensor;
+
 use serde::Serialize;
+
+pub use sensor::{PlanePoint, Sensor};
 
 use crate::units::MmPerPx;
 

@@ -45,21 +45,29 @@ impl<const N: usize, const K: usize> Imm<N, K> {
         Ok(Self { states: [start; K], probabilities: [equal; K], stay: if K == 1 { 1.0 } else { stay } })
     }
 
-    /// Probability that model `from` gives way to model `to` in a step.
-    fn transition(&self, from: usize, to: usize) -> f64 {
+    /// Probability that model `from` gives way to model `to` when each stays with probability `stay`.
+    fn transition(stay: f64, from: usize, to: usize) -> f64 {
         #[expect(clippy::cast_precision_loss, reason = "a handful of models")]
         let others = (K.max(2) - 1) as f64;
-        if from == to { self.stay } else { (1.0 - self.stay) / others }
+        if from == to { stay } else { (1.0 - stay) / others }
     }
 
     /// The mixture one step later: the states mixed by the transition probabilities, each predicted by its model.
     #[must_use]
     pub fn predict<const M: usize>(&self, spaces: &[StateSpace<N, M>; K]) -> Self {
-        let probabilities: [f64; K] =
-            std::array::from_fn(|to| (0..K).map(|from| self.transition(from, to) * self.probabilities[from]).sum());
+        self.predict_over(spaces, 1.0)
+    }
+
+    /// The same where the models of `spaces` lie `steps` steps apart, whole or not: the more, the likelier a change.
+    #[must_use]
+    pub fn predict_over<const M: usize>(&self, spaces: &[StateSpace<N, M>; K], steps: f64) -> Self {
+        let stay = self.stay.powf(steps);
+        let probabilities: [f64; K] = std::array::from_fn(|to| {
+            (0..K).map(|from| Self::transition(stay, from, to) * self.probabilities[from]).sum()
+        });
         let states = std::array::from_fn(|to| {
             let share: [f64; K] = std::array::from_fn(|from| {
-                self.transition(from, to) * self.probabilities[from] / probabilities[to].max(f64::MIN_POSITIVE)
+                Self::transition(stay, from, to) * self.probabilities[from] / probabilities[to].max(f64::MIN_POSITIVE)
             });
             moment_match(&self.states, &share).predict(&spaces[to])
         });

@@ -38,6 +38,7 @@ pub use bending::Bending;
 pub use coloured_measurement::ColouredMeasurement;
 pub use coloured_process::{ColouredProcess, with_displacement};
 pub use constant_velocity::{Acceleration, ConstantVelocity, TwoPointCovariance, gain_table};
+pub use fit::Filtered;
 pub use gaussian::{ChiSquareGate, Gaussian, InnovationNotPositive, Update};
 pub use imm::{Imm, ImmUpdate};
 pub use model::{Model, NoiseParameter};

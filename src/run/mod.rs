@@ -12,7 +12,7 @@ pub use score::error_table;
 pub use summarise::summarise;
 
 use self::rows::{fill_smoothed, row};
-use crate::calib::{Origin, ScaleCalibration};
+use crate::calib::{Origin, ScaleCalibration, Sensor};
 use crate::config::{Config, ConfigError};
 use crate::frame::GrayFrame;
 use crate::report::marks::FrameMarks;
@@ -20,7 +20,7 @@ use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
-use crate::tracker::{Estimate, Evidence, JointDecision, Tracker, TrackerError};
+use crate::tracker::{Estimate, Evidence, JointDecision, SeamPath, Session, SessionSettings, TrackerError};
 use crate::units::{PixelPoint, StripeAxis};
 
 /// Frames that are decoded ahead of the tracker.
@@ -161,7 +161,9 @@ pub fn track(
 struct Run<'a> {
     config: &'a Config,
     origin: Origin,
-    tracker: Tracker,
+    session: Session,
+    path: SeamPath,
+    joints: Vec<JointDecision>,
     sizes: SizeCheck,
     calibration: Option<ScaleCalibration>,
     rows: Vec<PathRow>,
@@ -174,11 +176,18 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(config: &'a Config, origin: Origin) -> Result<Self, RunError> {
-        let tracker = Tracker::new(&config.method()?, config.stripe.axis(), config.seed_at())?;
+        let session = Session::new(&SessionSettings {
+            method: config.method()?,
+            axis: config.stripe.axis(),
+            seed_at: config.seed_at(),
+            sensor: Sensor::Scale(config.mm_per_px),
+        })?;
         Ok(Self {
             config,
             origin,
-            tracker,
+            session,
+            path: SeamPath::new(config.fixed_lag),
+            joints: vec![],
             sizes: SizeCheck::default(),
             calibration: None,
             rows: vec![],
@@ -196,18 +205,22 @@ impl<'a> Run<'a> {
         let estimate = match &picture {
             Err(error) => {
                 self.first_error.get_or_insert_with(|| error.to_string());
-                self.tracker.miss(time_s)?;
+                let estimate = self.session.miss(time_s)?;
+                self.path.push(&estimate);
                 None
             }
             Ok(picture) => {
                 let began = Instant::now();
-                let estimate = self.tracker.step(picture, time_s)?;
+                let estimate = self.session.step(picture, time_s)?;
                 self.track_ms.push(began.elapsed().as_secs_f64() * 1e3);
+                self.path.push(&estimate);
+                let frame = self.rows.len();
+                self.joints.extend(self.session.joint().filter(|joint| joint.frame == frame).cloned());
                 Some(estimate)
             }
         };
         self.calibrate(estimate.as_ref());
-        let axis = self.tracker.axis().unwrap_or(StripeAxis::Horizontal);
+        let axis = self.session.axis().unwrap_or(StripeAxis::Horizontal);
         let started_s = self.rows.first().map_or(time_s, |first| first.time_s);
         let travel_mm = self.config.speed_mm_s.map(|speed| speed * (time_s - started_s));
         let row = row(self.rows.len(), file, time_s, estimate.as_ref(), axis, self.calibration);
@@ -232,7 +245,7 @@ impl<'a> Run<'a> {
 
     /// Sets the origin once it is known.
     fn calibrate(&mut self, estimate: Option<&Estimate>) {
-        let (None, Some(axis), Some(size_px)) = (self.calibration, self.tracker.axis(), self.sizes.size_px()) else {
+        let (None, Some(axis), Some(size_px)) = (self.calibration, self.session.axis(), self.sizes.size_px()) else {
             return;
         };
         let length_px = match axis {
@@ -266,9 +279,9 @@ impl<'a> Run<'a> {
             let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
             return Err(RunError::NothingReadable { frames: self.rows.len(), first });
         };
-        let axis = self.tracker.axis();
+        let axis = self.session.axis();
         if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
-            fill_smoothed(&mut self.rows, &self.tracker.smoothed()?, axis, calibration);
+            fill_smoothed(&mut self.rows, &self.path.smoothed()?, axis, calibration);
         }
         Ok(RunOutcome {
             size_px,
@@ -284,7 +297,7 @@ impl<'a> Run<'a> {
             rows: self.rows,
             marks: self.marks,
             sixteen_bit_scale: None,
-            joints: self.tracker.joints().to_vec(),
+            joints: self.joints,
         })
     }
 }

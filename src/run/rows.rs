@@ -2,8 +2,8 @@
 
 use crate::calib::ScaleCalibration;
 use crate::report::marks::{FrameMarks, RoiBox};
-use crate::report::results::{Estimator, PathRow, Status as RowStatus};
-use crate::tracker::{CrossSection, Estimate, Status, roi};
+use crate::report::results::{PathRow, Status as RowStatus};
+use crate::tracker::{CrossSection, Estimate, SeamEstimate, Status, roi};
 use crate::units::{PixelPoint, StripeAxis};
 
 /// The row of one frame; without an estimate it was unreadable.
@@ -66,22 +66,17 @@ fn stripe(section: &CrossSection) -> Vec<PixelPoint> {
     before.points().chain(behind.points().rev()).collect()
 }
 
-/// Writes the smoothed path into the rows. Across the stripe nothing is smoothed: the last row seen stands there.
+/// Writes the smoothed path into the rows.
 pub fn fill_smoothed(
     rows: &mut [PathRow],
-    smoothed: &[Option<(f64, f64)>],
+    smoothed: &[Option<SeamEstimate>],
     axis: StripeAxis,
     calibration: ScaleCalibration,
 ) {
-    let mut across_px = None;
-    for (row, state) in rows.iter_mut().zip(smoothed) {
-        let seen = row.point(Estimator::Filtered);
-        across_px = seen.map(|point| axis.image_from_stripe(point).v_px).or(across_px);
-        if let (Some((along_px, variance_px2)), Some(across_px)) = (*state, across_px) {
-            let point = axis.image_from_stripe(PixelPoint::new(along_px, across_px));
-            (row.smooth_u_px, row.smooth_v_px) = (Some(point.u_px), Some(point.v_px));
-            row.smooth_x_mm = Some(calibration.mm_from_px(along_px));
-            row.smooth_x_std_mm = Some(variance_px2.sqrt() * calibration.mm_per_px.get());
-        }
+    for (row, seam) in rows.iter_mut().zip(smoothed) {
+        let Some(seam) = seam else { continue };
+        (row.smooth_u_px, row.smooth_v_px) = (Some(seam.centre.u_px), Some(seam.centre.v_px));
+        row.smooth_x_mm = Some(calibration.mm_from_px(axis.along_px(seam.centre)));
+        row.smooth_x_std_mm = Some(seam.std_px * calibration.mm_per_px.get());
     }
 }

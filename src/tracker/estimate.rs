@@ -1,5 +1,7 @@
 //! What the tracker says of one frame.
 
+use super::path::Memory;
+use super::view::View;
 use crate::imgproc::geometry::Refusal;
 use crate::units::PixelPoint;
 
@@ -36,6 +38,19 @@ pub struct SeamEstimate {
     pub centre: PixelPoint,
     /// One σ of the position along the stripe \[px\].
     pub std_px: f64,
+    /// One σ of the position across the stripe \[px\].
+    pub std_across_px: f64,
+}
+
+impl SeamEstimate {
+    /// The estimate of a view, in the picture.
+    pub(super) fn in_picture(self, view: &View) -> Self {
+        Self {
+            centre: view.picture_from_view(self.centre),
+            std_px: self.std_px * view.picture_px(),
+            std_across_px: self.std_across_px * view.picture_px(),
+        }
+    }
 }
 
 /// What became of the frame's measurement.
@@ -59,6 +74,13 @@ pub enum Observation {
     Reacquired,
     /// The frame showed no seam that can be trusted; the filter predicted.
     SightingRefused(Refusal),
+    /// The picture has not changed for so long that the camera must have stopped, or it is that from before a miss:
+    /// whatever it shows is not now.
+    Frozen,
+    /// The frame's stamp is no number, or not later than the one before: when it was taken is not known.
+    BadStamp,
+    /// The frame could not be read.
+    Unreadable,
 }
 
 impl Observation {
@@ -75,6 +97,9 @@ impl Observation {
             Self::Refused => "too-far",
             Self::Reacquired => "reacquired",
             Self::SightingRefused(refusal) => refusal.name(),
+            Self::Frozen => "frozen",
+            Self::BadStamp => "bad-stamp",
+            Self::Unreadable => "unreadable",
         }
     }
 }
@@ -119,11 +144,11 @@ impl Side {
         [Some(self.outer), self.shoulder, Some(self.inner)].into_iter().flatten()
     }
 
-    fn transposed(self) -> Self {
+    fn in_picture(self, view: &View) -> Self {
         Self {
-            outer: self.outer.transposed(),
-            shoulder: self.shoulder.map(PixelPoint::transposed),
-            inner: self.inner.transposed(),
+            outer: view.picture_from_view(self.outer),
+            shoulder: self.shoulder.map(|point| view.picture_from_view(point)),
+            inner: view.picture_from_view(self.inner),
         }
     }
 }
@@ -140,8 +165,12 @@ pub struct CrossSection {
 }
 
 impl CrossSection {
-    fn transposed(self) -> Self {
-        Self { sides: self.sides.map(Side::transposed), ..self }
+    fn in_picture(self, view: &View) -> Self {
+        Self {
+            sides: self.sides.map(|side| side.in_picture(view)),
+            gap_px: self.gap_px.map(|px| px * view.picture_px()),
+            mismatch_px: self.mismatch_px.map(|px| px * view.picture_px()),
+        }
     }
 }
 
@@ -164,6 +193,8 @@ pub struct Estimate {
     pub section: Option<CrossSection>,
     /// The frame equals its predecessor byte for byte.
     pub repeated: bool,
+    /// What the smoother is to know of it.
+    pub(super) memory: Memory,
 }
 
 impl Estimate {
@@ -179,16 +210,22 @@ impl Estimate {
             evidence: Evidence::NONE,
             section: None,
             repeated: false,
+            memory: Memory::NOTHING,
         }
     }
 
-    /// The estimate in the transposed image.
-    #[must_use]
-    pub fn transposed(self) -> Self {
+    /// The estimate of a view, in the picture.
+    pub(super) fn in_picture(self, view: &View) -> Self {
+        let along_px = |px| view.axis().along_px(view.picture_from_view(PixelPoint::new(px, 0.0)));
         Self {
-            seam: self.seam.map(|seam| SeamEstimate { centre: seam.centre.transposed(), ..seam }),
-            section: self.section.map(CrossSection::transposed),
-            kcf: self.kcf.map(|kcf| KcfReading { peak: kcf.peak.transposed(), ..kcf }),
+            seam: self.seam.map(|seam| seam.in_picture(view)),
+            section: self.section.map(|section| section.in_picture(view)),
+            kcf: self.kcf.map(|kcf| KcfReading { peak: view.picture_from_view(kcf.peak), ..kcf }),
+            evidence: Evidence {
+                along_px: self.evidence.along_px.map(along_px),
+                residual_px: self.evidence.residual_px.map(|px| px * view.picture_px()),
+                ..self.evidence
+            },
             ..self
         }
     }

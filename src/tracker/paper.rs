@@ -3,13 +3,19 @@
 //! It is right for one straight seam with edges. Its gate does not notice a template that slides along the stripe, so
 //! "tracked" means here only that the KCF answered.
 
+use super::TrackerError;
+use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
-use super::{Follow, TrackerError};
+use super::path::Memory;
+use super::session::{Follow, unseen, whole_picture};
 use crate::frame::GrayFrame;
 use crate::imgproc::{CentrelineSettings, MedianKernel, SeedSettings, extract_centreline, find_seam_features, median};
 use crate::kalman::{ColouredMeasurement, Gaussian};
 use crate::kcf::{Kcf, KcfSettings, Response};
-use crate::units::PixelPoint;
+use crate::units::{PixelPoint, StripeAxis};
+
+/// One σ of a KCF peak across the stripe \[px\]: it is given as it is. Chosen: a whole pixel, as the peak is.
+const PEAK_STD_PX: f64 = 1.0;
 
 /// The numbers of the paper's method.
 #[derive(Debug, Clone, PartialEq)]
@@ -54,13 +60,14 @@ pub struct PaperTracker {
     seed_at: Option<PixelPoint>,
     joint: Option<JointDecision>,
     frame_number: usize,
+    axis: StripeAxis,
     state: State,
 }
 
 /// Where the method is on its way.
 enum State {
     Seeking,
-    Following { filter: Gaussian<3>, time_s: f64, peak: PixelPoint },
+    Following { filter: Gaussian<3>, peak: PixelPoint },
     Lost,
 }
 
@@ -76,12 +83,13 @@ impl PaperTracker {
             seed_at: None,
             joint: None,
             frame_number: 0,
+            axis: StripeAxis::Horizontal,
             state: State::Seeking,
         })
     }
 
     /// Looks for the seam in the whole frame and starts the filter there.
-    fn seed(&mut self, frame: &GrayFrame, time_s: f64, was_lost: bool) -> Result<Estimate, TrackerError> {
+    fn seed(&mut self, frame: &GrayFrame, was_lost: bool) -> Result<Estimate, TrackerError> {
         let line = extract_centreline(frame, &self.settings.centreline);
         let asked = self.seed_at.take();
         let Some(centre) = asked.or_else(|| find_seam_features(&line, &self.settings.seed).map(|f| f.centre())) else {
@@ -98,7 +106,7 @@ impl PaperTracker {
         });
         let filter = self.settings.kalman.start_from_clean(centre.u_px, self.settings.seed_variance_px2)?;
         let seam = seam(&filter, centre.v_px);
-        self.state = State::Following { filter, time_s, peak: centre };
+        self.state = State::Following { filter, peak: centre };
         Ok(Estimate { status: Status::Tracked, seam: Some(seam), ..Estimate::seeking(Observation::Seed) })
     }
 
@@ -122,25 +130,21 @@ fn nearest_pixel(point: PixelPoint) -> PixelPoint {
 }
 
 fn seam(filter: &Gaussian<3>, v_px: f64) -> SeamEstimate {
-    SeamEstimate { centre: PixelPoint::new(filter.x[0], v_px), std_px: filter.P[(0, 0)].max(0.0).sqrt() }
+    let std_px = filter.P[(0, 0)].max(0.0).sqrt();
+    SeamEstimate { centre: PixelPoint::new(filter.x[0], v_px), std_px, std_across_px: PEAK_STD_PX }
 }
 
 fn inside(frame: &GrayFrame, point: PixelPoint) -> bool {
     (0.0..frame.width_px() as f64).contains(&point.u_px) && (0.0..frame.height_px() as f64).contains(&point.v_px)
 }
 
-impl Follow for PaperTracker {
-    fn seed_at(&mut self, centre: PixelPoint) {
-        self.seed_at = Some(centre);
-    }
-
-    fn step(&mut self, frame: &GrayFrame, time_s: f64, _repeated: bool) -> Result<Estimate, TrackerError> {
-        self.frame_number += 1;
+impl PaperTracker {
+    fn follow(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
         let frame = &median(frame, self.settings.median)?;
-        let (filter, last_s, around) = match self.state {
-            State::Seeking => return self.seed(frame, time_s, false),
-            State::Lost => return self.seed(frame, time_s, true),
-            State::Following { filter, time_s, peak } => (filter, time_s, peak),
+        let (filter, around) = match self.state {
+            State::Seeking => return self.seed(frame, false),
+            State::Lost => return self.seed(frame, true),
+            State::Following { filter, peak } => (filter, peak),
         };
         let (response, reading) = self.locate(frame, around);
         if !inside(frame, response.peak) {
@@ -148,29 +152,48 @@ impl Follow for PaperTracker {
             let lost = Estimate::seeking(Observation::PeakOutside);
             return Ok(Estimate { status: Status::Lost, kcf: Some(reading), ..lost });
         }
-        let space = self.settings.kalman.state_space(time_s - last_s)?;
+        let space = self.settings.kalman.state_space(tick.seconds)?;
         let update = filter.predict(&space).update(&space, &[Some(response.peak.u_px)], None)?;
-        self.state = State::Following { filter: update.posterior, time_s, peak: response.peak };
+        self.state = State::Following { filter: update.posterior, peak: response.peak };
         let seeking = Estimate::seeking(Observation::Kcf);
         let seam = Some(seam(&update.posterior, response.peak.v_px));
         Ok(Estimate { status: Status::Tracked, seam, kcf: Some(reading), nis: update.nis, ..seeking })
     }
+}
 
-    fn miss(&mut self, time_s: f64) -> Result<(), TrackerError> {
+impl Follow for PaperTracker {
+    fn seed_at(&mut self, centre: PixelPoint) {
+        self.seed_at = Some(centre);
+    }
+
+    fn step(&mut self, frame: &GrayFrame, axis: StripeAxis, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
-        if let State::Following { filter, time_s: last_s, .. } = &mut self.state {
-            let space = self.settings.kalman.state_space(time_s - *last_s)?;
-            *filter = filter.predict(&space);
-            *last_s = time_s;
-        }
-        Ok(())
+        self.axis = axis;
+        let estimate = self.follow(frame, tick)?;
+        let memory = Memory { beats: tick.beats, ..Memory::NOTHING };
+        Ok(Estimate { memory, ..estimate }.in_picture(&whole_picture(axis)))
     }
 
-    fn smoothed(&self) -> Result<Vec<Option<(f64, f64)>>, TrackerError> {
-        Ok(vec![])
+    fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError> {
+        self.frame_number += 1;
+        let memory = Memory { beats: tick.beats, ..Memory::NOTHING };
+        let missed = Estimate { memory, ..Estimate::seeking(why) };
+        Ok(match &mut self.state {
+            State::Seeking => missed,
+            State::Lost => Estimate { status: unseen(true), ..missed },
+            State::Following { filter, peak } => {
+                *filter = filter.predict(&self.settings.kalman.state_space(tick.seconds)?);
+                let seam = Some(seam(filter, peak.v_px));
+                Estimate { status: unseen(false), seam, ..missed }.in_picture(&whole_picture(self.axis))
+            }
+        })
     }
 
-    fn joints(&self) -> &[JointDecision] {
-        self.joint.as_slice()
+    fn looks_at_repeats(&self) -> bool {
+        true
+    }
+
+    fn joint(&self) -> Option<&JointDecision> {
+        self.joint.as_ref()
     }
 }

@@ -66,6 +66,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
             free_slopes: [left.free_slope, right.free_slope],
             support: left.support.min(right.support),
             residual_px: left.residual_px.max(right.residual_px),
+            across_variance_px2: 0.25 * (left.variance_px2 + right.variance_px2),
             edges: None,
             plates: [None, None],
         });

@@ -43,6 +43,8 @@ pub struct SideFit {
     pub support: f64,
     /// Weighted RMS distance from the line \[px\].
     pub residual_px: f64,
+    /// Variance of the line's row at the reference column \[px²\].
+    pub variance_px2: f64,
     /// Median amplitude of the good columns near the seam \[grey\].
     pub amplitude: f64,
 }
@@ -57,6 +59,10 @@ const VOTE_BINS: usize = 33;
 /// Tukey constants of the four rounds: from the tolerance of a good ridge down to its noise \[px\].
 const FIRST_TUKEY_PX: f64 = 3.0;
 const LAST_TUKEY_PX: f64 = 1.2;
+/// Columns that have one error between them: speckle is correlated along the stripe. Measured on rendered stripes.
+const CORRELATED_COLUMNS: f64 = 2.5;
+/// Least SD of a ridge about its line \[px\]: what the sensor's pixels leave of an even stripe. Chosen.
+const LEAST_RESIDUAL_PX: f64 = 0.1;
 /// Least sum of weights before and within the rounds.
 const LEAST_WEIGHT: f64 = 5.0;
 
@@ -77,6 +83,7 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, reach_px: f64) -> Opt
     let mut free_slope = prior.slope;
     let mut total = 0.0;
     let mut squares = 0.0;
+    let mut leverage = 1.0;
     for _ in 0..4 {
         let mut sums = [0.0; 5];
         for (point, w0) in points.iter().zip(&weights) {
@@ -100,6 +107,7 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, reach_px: f64) -> Opt
         line.slope = slope(SLOPE_PRIOR_PX2);
         line.v_px = mv - line.slope * mu;
         free_slope = slope(FREE_SLOPE_PRIOR_PX2);
+        leverage = 1.0 + w * mu * mu / (spread + SLOPE_PRIOR_PX2);
         total = w;
         squares = 0.0;
         for (point, w0) in points.iter().zip(&weights) {
@@ -108,11 +116,13 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, reach_px: f64) -> Opt
         }
         tukey_px = (0.75 * tukey_px).max(LAST_TUKEY_PX);
     }
+    let residual_px = (squares / total).sqrt();
     Some(SideFit {
         line,
         free_slope,
         support: total / points.len() as f64,
-        residual_px: (squares / total).sqrt(),
+        residual_px,
+        variance_px2: residual_px.max(LEAST_RESIDUAL_PX).powi(2) * CORRELATED_COLUMNS * leverage / total,
         amplitude: typical_amplitude(points, u0_px, line, reach_px),
     })
 }

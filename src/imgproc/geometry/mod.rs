@@ -92,6 +92,8 @@ pub struct JointFit {
     pub support: f64,
     /// Weighted RMS distance of the ridge from its line, the larger of the two sides \[px\].
     pub residual_px: f64,
+    /// Variance of the centre's row, as far as the ridge's scatter makes it \[px²\].
+    pub across_variance_px2: f64,
     /// How well the two edges explain the stripe's presence (butt, lap).
     pub edges: Option<EdgeQuality>,
     /// The plates beside the shoulders, relative to the centre's column, each where it was seen (V-groove).

@@ -1,19 +1,28 @@
-//! The seam's estimator: interacting models of Du 2022's augmented state, in pixels and frames.
+//! The seam's estimator along the stripe: interacting models of Du 2022's augmented state, in pixels of the view and beats.
+//!
+//! A camera is chosen for its seam: how far the seam moves from frame to frame differs less between shops than how far it
+//! moves in a second. So the models' unit of time is the beat, the recording's own period.
+#![expect(non_snake_case, reason = "covariances carry the literature's letters")]
 
 use nalgebra::{SMatrix, vector};
 
 use super::part::{Part, Parts};
 use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
 
-/// White acceleration of the three models \[px²/frame⁴\]: nearly straight, bending, sharp corner. The first and the last
-/// from the prototype.
-const KINKS: [f64; 3] = [1e-7, 1e-5, 3e-2];
-/// SD of their lasting acceleration \[px/frame²\] and how long a bend lasts \[frames\]. Chosen: the bends of sines and
-/// S-curves of some 40 px and 100 frames; in the others it plays no part.
-const BENDS: [(f64, f64); 3] = [(1e-4, 1.0), (0.15, 15.0), (1e-2, 1.0)];
-/// Process noise that the smoother's fit starts from \[px²/frame⁴\].
+/// Number of models, and the places of two of them.
+const MODELS: usize = 4;
+const FAST_BEND: usize = 2;
+const CORNER: usize = 3;
+/// White acceleration of the models \[px²/beat⁴\]: nearly straight, bending, bending fast, sharp corner. The first and the
+/// last from the prototype.
+const KINKS: [f64; MODELS] = [1e-7, 1e-5, 1e-5, 3e-2];
+/// SD of their lasting acceleration \[px/beat²\] and how long a bend lasts \[beats\]. Chosen: the bends of sines and
+/// S-curves of some 40 px and 100 frames, and of the same in pictures twice as large with a camera half as fast; in the
+/// others it plays no part.
+const BENDS: [(f64, f64); MODELS] = [(1e-4, 1.0), (0.15, 15.0), (0.8, 15.0), (1e-2, 1.0)];
+/// Process noise that the smoother's fit starts from \[px²/beat⁴\].
 pub const PROCESS_NOISE: f64 = 2e-4;
-/// Probability that a model stays from frame to frame. Prototype.
+/// Probability that a model stays for a beat. Prototype.
 const STAY: f64 = 0.998;
 /// ψ and stationary variance of the coloured measurement noise \[px²\]: plate edges are ragged. Prototype.
 pub const COLOUR_COEFFICIENT: f64 = 0.5;
@@ -22,10 +31,10 @@ pub const COLOUR_VARIANCE_PX2: f64 = 0.18;
 /// Variance of the seam's own vibration along the stripe \[px²\], which no filter can follow: part of the reported σ.
 /// Chosen: 0.12 px, as machines vibrate.
 pub const VIBRATION_VARIANCE_PX2: f64 = 0.0144;
-/// Variance of the start velocity \[px²/frame²\]. Chosen: slopes of 1 px a frame are common, of 10 in large pictures
+/// Variance of the start velocity \[px²/beat²\]. Chosen: slopes of 1 px a frame are common, of 10 in large pictures
 /// possible; two sightings tell it.
 pub const START_VELOCITY_VARIANCE: f64 = 16.0;
-/// Variance of the start acceleration \[px²/frame⁴\]. Chosen: a third of a bend's.
+/// Variance of the start acceleration \[px²/beat⁴\]. Chosen: a third of a bend's.
 const START_ACCELERATION_VARIANCE: f64 = 0.0025;
 
 /// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, and `colour_scale` scales the
@@ -39,38 +48,48 @@ pub fn model(q: f64, white_variance_px2: f64, colour_scale: f64) -> Result<Colou
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(noise: f64, frames: f64, parts: Parts) -> Result<[StateSpace<4, 1>; 3], InvalidParameter> {
+fn spaces(noise: f64, beats: f64, parts: Parts) -> Result<[StateSpace<4, 1>; MODELS], InvalidParameter> {
     let colour_scale = if parts.has(Part::ColouredNoise) { noise } else { 0.0 };
     let space = |i: usize| {
-        let i = if i == 2 && !parts.has(Part::Corners) { 1 } else { i };
-        let (kinks, (bend, bend_frames)) = match i {
-            1 if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
+        let i = if i == CORNER && !parts.has(Part::Corners) { 1 } else { i };
+        let i = if i == FAST_BEND && !parts.has(Part::FastBends) { 1 } else { i };
+        let (kinks, (bend, bend_beats)) = match i {
+            1 | FAST_BEND if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
             _ => (KINKS[i], BENDS[i]),
         };
         let measured = model(kinks, 1.0, colour_scale)?;
-        Bending::new(measured, bend.powi(2), bend_frames)?.state_space(frames)
+        Bending::new(measured, bend.powi(2), bend_beats)?.state_space(beats)
     };
-    Ok([space(0)?, space(1)?, space(2)?])
+    Ok([space(0)?, space(1)?, space(FAST_BEND)?, space(CORNER)?])
 }
 
-/// Position, velocity and coloured noise under three models.
+/// Position, velocity, acceleration and coloured noise under several models.
 #[derive(Debug, Clone, Copy)]
 pub struct SeamFilter {
-    imm: Imm<4, 3>,
+    imm: Imm<4, MODELS>,
     noise: f64,
     parts: Parts,
-    spaces: [StateSpace<4, 1>; 3],
+    spaces: [StateSpace<4, 1>; MODELS],
 }
 
 impl SeamFilter {
-    /// Starts at `u_px` with velocity `velocity_px` a frame, of the given variances.
+    /// Starts at a measurement `u_px` of R `white_px2`, under the noise scale `noise`, with velocity `velocity_px` a beat
+    /// of variance `velocity_variance`: the exact posterior of an unknown position ([`ColouredMeasurement::start`]).
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn start(u_px: f64, velocity_px: f64, variances: [f64; 2], parts: Parts) -> Result<Self, InvalidParameter> {
-        let diagonal = vector![variances[0], variances[1], START_ACCELERATION_VARIANCE, COLOUR_VARIANCE_PX2];
-        let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], SMatrix::from_diagonal(&diagonal))?;
-        Ok(Self { imm: Imm::new(start, STAY)?, noise: 1.0, parts, spaces: spaces(1.0, 1.0, parts)? })
+    pub fn start(
+        (u_px, white_px2): (f64, f64),
+        (velocity_px, velocity_variance): (f64, f64),
+        noise: f64,
+        parts: Parts,
+    ) -> Result<Self, InvalidParameter> {
+        let colour_px2 = noise * COLOUR_VARIANCE_PX2;
+        let variances = vector![white_px2 + colour_px2, velocity_variance, START_ACCELERATION_VARIANCE, colour_px2];
+        let mut P = SMatrix::from_diagonal(&variances);
+        (P[(0, 3)], P[(3, 0)]) = (-colour_px2, -colour_px2);
+        let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], P)?;
+        Ok(Self { imm: Imm::new(start, STAY)?, noise, parts, spaces: spaces(noise, 1.0, parts)? })
     }
 
     /// The scale of the measurements' noise.
@@ -83,13 +102,13 @@ impl SeamFilter {
         self.noise = noise;
     }
 
-    /// The state `frames` later.
+    /// The state `beats` later.
     ///
     /// # Errors
-    /// When `frames` is not positive.
-    pub fn predict(&mut self, frames: f64) -> Result<(), InvalidParameter> {
-        self.spaces = spaces(self.noise, frames, self.parts)?;
-        self.imm = self.imm.predict(&self.spaces);
+    /// When `beats` is not positive.
+    pub fn predict(&mut self, beats: f64) -> Result<(), InvalidParameter> {
+        self.spaces = spaces(self.noise, beats, self.parts)?;
+        self.imm = self.imm.predict_over(&self.spaces, beats);
         Ok(())
     }
 
@@ -133,7 +152,7 @@ mod tests {
     /// Errors \[px\] in the frames from a corner on, whose measurements have no noise.
     fn errors_after_a_corner(slope_before: f64, slope_behind: f64) -> Vec<f64> {
         let path = |t: f64| if t < 60.0 { slope_before * t } else { slope_before * 60.0 + slope_behind * (t - 60.0) };
-        let mut filter = SeamFilter::start(0.0, 0.0, [0.28, 1.0], Parts::default()).unwrap();
+        let mut filter = SeamFilter::start((0.0, 0.1), (0.0, 1.0), 1.0, Parts::default()).unwrap();
         (1..100)
             .map(|t| {
                 let t = f64::from(t);

@@ -1,7 +1,8 @@
 //! Sighting the seam by the stripe's geometry: joints with edges or a corner.
 
-use super::GEOMETRY_VARIANCE_PX2;
+use super::filter::COLOUR_VARIANCE_PX2;
 use super::judge::Judge;
+use super::noise;
 use super::part::{Part, Parts};
 use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
@@ -9,7 +10,7 @@ use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
 use crate::units::PixelPoint;
 
-use super::LEAST_PSR_RATIO;
+use super::following::LEAST_PSR_RATIO;
 
 /// Search range along the stripe \[px\]: at rest, and what an unsure prediction adds at most. Prototype.
 const SEARCH_PX: f64 = 12.0;
@@ -21,42 +22,64 @@ const OTHER_PLACE_PX: f64 = 4.0;
 const LARGEST_DV_PX: f64 = 25.0;
 /// What a pixel of distance from the prediction costs, while the prediction is fresh.
 const COST_PER_PX: f64 = 0.002;
-/// Frames unseen after which the prediction is not fresh.
-const FRESH_FRAMES: u32 = 5;
-/// Edge cost of an undisturbed fit, and how R grows with the square of what is above it \[px²\]. Tuned: at a cost of
-/// 0.02 the squared error is some 1 px², at 0.05 some 5 px².
-const USUAL_COST: f64 = 0.005;
-const VARIANCE_PER_COST2_PX2: f64 = 3000.0;
+/// Time unseen after which the prediction is not fresh \[beats\].
+const FRESH_BEATS: f64 = 5.0;
 /// The whole-frame search: step along the stripe and shifts across it \[px\], margin at the border \[px\].
 const SEARCH_STEP_PX: usize = 12;
 const SEARCH_SHIFTS_PX: [f64; 3] = [-8.0, 0.0, 8.0];
 const SEARCH_BORDER_PX: usize = 10;
+/// Columns of the whole-frame search that are looked at in one frame: the search goes on in the next. Chosen: so a frame
+/// costs a bounded time, however large it is.
+const SEARCH_COLUMNS_A_FRAME: usize = 16;
 
 /// The joint's model at work.
 #[derive(Debug, Clone)]
 pub struct GeometryEye {
     model: JointModel,
     parts: Parts,
+    /// Columns of the whole-frame search that were looked at since the seam was lost.
+    searched: usize,
 }
 
 impl GeometryEye {
     /// Sees with `model`.
     pub const fn new(model: JointModel, parts: Parts) -> Self {
-        Self { model, parts }
+        Self { model, parts, searched: 0 }
     }
 
-    /// The best fit near the prediction, or near the KCF's peak where that is elsewhere; anywhere in the frame when
-    /// the seam is lost.
-    pub fn look(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
-        let fit = if judge.is_lost() { self.search(frame) } else { self.near(frame, judge, kcf) }?;
-        Ok(self.sighting(fit))
+    /// The best fit near the prediction, or near the KCF's peak where that is elsewhere.
+    pub fn look(&mut self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
+        self.searched = 0;
+        self.near(frame, judge, kcf).map(|fit| self.sighting(fit))
+    }
+
+    /// The best fit in a part of the whole frame, or where the last sightings were.
+    pub fn search(&mut self, frame: &GrayFrame, judge: &Judge) -> Result<Sighting, Unsighted> {
+        let (u_px, _) = judge.position();
+        let mut columns: Vec<f64> = (SEARCH_BORDER_PX..frame.width_px().saturating_sub(SEARCH_BORDER_PX))
+            .step_by(SEARCH_STEP_PX)
+            .map(|u| u as f64)
+            .collect();
+        // From the prediction outwards, and round again.
+        columns.sort_by(|a, b| (a - u_px).abs().total_cmp(&(b - u_px).abs()));
+        let next = columns
+            .iter()
+            .cycle()
+            .skip(self.searched % columns.len().max(1))
+            .take(SEARCH_COLUMNS_A_FRAME.min(columns.len()));
+        let places: Vec<f64> = judge.refused_px().take(2).chain([u_px]).chain(next.copied()).collect();
+        self.searched += SEARCH_COLUMNS_A_FRAME;
+        let badness = |fit: &JointFit| fit.edges.map_or(fit.residual_px, |edges| edges.cost) - 0.2 * fit.support;
+        let places = places.into_iter().flat_map(|u_px| SEARCH_SHIFTS_PX.map(|dv_px| (u_px, dv_px)));
+        self.best(frame, places, SEARCH_PX, badness).map(|fit| self.sighting(fit))
     }
 
     /// What a fit shows.
     pub fn sighting(&self, fit: JointFit) -> Sighting {
         Sighting {
             centre: fit.centre,
-            variance_px2: variance_px2(&fit),
+            variance_px2: noise::of_fit(&fit),
+            across_variance_px2: across_variance_px2(&fit),
             clear: fit.is_clear(),
             evidence: evidence(&fit),
             section: Some(section(&fit, self.model.half_window_px)),
@@ -81,24 +104,17 @@ impl GeometryEye {
         let dv_px = kcf.peak.v_px - self.model.seam_v_px();
         let dv_px = if dv_px.abs() > LARGEST_DV_PX { 0.0 } else { dv_px };
         let kcf_believable = kcf.psr_ratio >= LEAST_PSR_RATIO;
-        let kcf_elsewhere = (kcf.peak.u_px - u_px).abs() > OTHER_PLACE_PX || judge.unseen() > 0;
+        let kcf_elsewhere = (kcf.peak.u_px - u_px).abs() > OTHER_PLACE_PX || judge.unseen_beats() > 0.0;
         let places = [
             Some((u_px, 0.0)),
             (kcf_believable && kcf_elsewhere).then_some((kcf.peak.u_px, dv_px)),
-            (kcf_believable && judge.unseen() > 1).then_some((u_px, dv_px)),
+            (kcf_believable && judge.unseen_beats() > 1.0).then_some((u_px, dv_px)),
         ];
         let badness = |fit: &JointFit| {
-            let away_px = if judge.unseen() < FRESH_FRAMES { (fit.centre.u_px - u_px).abs() } else { 0.0 };
+            let away_px = if judge.unseen_beats() < FRESH_BEATS { (fit.centre.u_px - u_px).abs() } else { 0.0 };
             fit.edges.map_or(fit.residual_px, |edges| edges.cost) + COST_PER_PX * away_px
         };
         self.best(frame, places.into_iter().flatten(), search_px, badness)
-    }
-
-    fn search(&self, frame: &GrayFrame) -> Result<JointFit, Unsighted> {
-        let columns = SEARCH_BORDER_PX..frame.width_px().saturating_sub(SEARCH_BORDER_PX);
-        let places = columns.step_by(SEARCH_STEP_PX).flat_map(|u| SEARCH_SHIFTS_PX.map(|dv_px| (u as f64, dv_px)));
-        let badness = |fit: &JointFit| fit.edges.map_or(fit.residual_px, |edges| edges.cost) - 0.2 * fit.support;
-        self.best(frame, places, SEARCH_PX, badness)
     }
 
     /// The least bad of the trustworthy fits; else why the first place had none.
@@ -130,10 +146,10 @@ impl GeometryEye {
     }
 }
 
-/// R of a fit \[px²\]: edges that explain the stripe badly are worth less.
-fn variance_px2(fit: &JointFit) -> f64 {
-    let excess_cost = fit.edges.map_or(0.0, |edges| (edges.cost - USUAL_COST).max(0.0));
-    GEOMETRY_VARIANCE_PX2 + VARIANCE_PER_COST2_PX2 * excess_cost.powi(2)
+/// R of a fit across the stripe \[px²\]: the scatter of its lines, and what ragged flanks move a corner by.
+fn across_variance_px2(fit: &JointFit) -> f64 {
+    let slope = if fit.edges.is_some() { 0.0 } else { 0.5 * (fit.left.slope.abs() + fit.right.slope.abs()) };
+    fit.across_variance_px2 + slope * slope * COLOUR_VARIANCE_PX2
 }
 
 fn evidence(fit: &JointFit) -> Evidence {

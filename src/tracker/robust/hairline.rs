@@ -9,6 +9,8 @@ use crate::units::PixelPoint;
 
 /// Least variance of a sighting \[px²\]. Chosen: as a geometry fit's.
 const LEAST_VARIANCE_PX2: f64 = 0.1;
+/// Variance of the stripe's row where a hairline is \[px²\]: that of the stripe's line. Chosen.
+pub const ROW_VARIANCE_PX2: f64 = 0.1;
 
 /// The hairline tracker as an eye of the robust tracker.
 #[derive(Debug, Clone)]
@@ -35,6 +37,7 @@ impl HairlineEye {
         Ok(Sighting {
             centre: PixelPoint::new(observation.u_px, estimate.seam.v_px),
             variance_px2: observation.sd_px.powi(2).max(LEAST_VARIANCE_PX2),
+            across_variance_px2: ROW_VARIANCE_PX2,
             clear: true,
             evidence,
             section: None,

@@ -1,57 +1,48 @@
 //! What a sighting is worth: taken into the filter, refused, or a reason to start the filter anew; and when the seam
 //! is lost.
+#![expect(non_snake_case, reason = "covariances carry the literature's letters")]
 
-use super::filter::{COLOUR_VARIANCE_PX2, START_VELOCITY_VARIANCE, SeamFilter, VIBRATION_VARIANCE_PX2};
+use std::collections::VecDeque;
+
+use super::filter::{START_VELOCITY_VARIANCE, SeamFilter, VIBRATION_VARIANCE_PX2};
+use super::noise::{self, INFLATE_NIS};
 use super::part::{Part, Parts};
 use crate::tracker::TrackerError;
 
-/// NIS above which a sighting is refused, and above which it is used with an inflated R. Prototype.
+/// NIS above which a sighting is refused. Prototype.
 pub const REFUSE_NIS: f64 = 16.0;
-const INFLATE_NIS: f64 = 4.0;
-/// The refusals that are looked at, and how long they count \[frames\]. Three that agree with each other make the filter
+/// The refusals that are looked at, and how long they count \[beats\]. Three that agree with each other make the filter
 /// start anew (prototype), two when each is clear by itself and the seam is not lost, or they lie where it is expected
 /// (tuned).
 const RECENT_REFUSALS: usize = 5;
 /// How far they may lie from one straight line \[px\], more where the edges are torn, and its steepest slope
-/// \[px/frame\]: of any, and of three or more clear ones. Prototype; the last chosen: large pictures move fast.
+/// \[px/beat\]: of any, and of three or more clear ones. Prototype; the last chosen: large pictures move fast.
 const AGREEMENT_PX: f64 = 1.5;
 const STEEPEST_SLOPE_PX: f64 = 8.0;
 const STEEPEST_CLEAR_SLOPE_PX: f64 = 20.0;
-/// Variances of position and velocity when the filter starts anew from them \[px², px²/frame²\].
-const RESTART_VARIANCES: [f64; 2] = [1.5, 0.5];
-/// σ of the prediction above which the seam is lost \[px\]: 2.7 σ are 1 mm at 0.073 mm/px.
-pub const LOST_STD_PX: f64 = 5.0;
-/// The same for a hairline, whose sightings are sometimes off by more than they claim. Tuned.
-pub const HAIRLINE_LOST_STD_PX: f64 = 3.0;
-/// Frames without a sighting after which the seam is lost, however sure the prediction is: as many as there were
+/// R of the position and variance of the velocity when the filter starts anew from them \[px², px²/beat²\].
+const RESTART_VARIANCES: (f64, f64) = (1.3, 0.5);
+/// Time without a sighting after which the seam is lost, however sure the prediction is \[beats\]: as many as there were
 /// sightings, within these bounds. A young track has not earned a long absence.
-const LOST_FRAMES: std::ops::RangeInclusive<u32> = 3..=30;
+const LOST_BEATS: std::ops::RangeInclusive<f64> = 3.0..=30.0;
 /// How much longer a lost seam is sought as it was, in multiples of the same.
-const GIVE_UP_FACTOR: u32 = 3;
+const GIVE_UP_FACTOR: f64 = 3.0;
 
-/// A measurement as the filter took it.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Measured {
-    /// Position along the stripe \[px\].
-    pub u_px: f64,
-    /// R as used \[px²\].
-    pub variance_px2: f64,
-}
-
-/// What became of a sighting.
+/// What became of a sighting; a measured one comes with the R that was used \[px²\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Verdict {
     /// It went into the filter.
-    Taken(Measured),
+    Taken(f64),
     /// It was refused like those before it, but they agree: the filter started anew from them.
-    Restarted(Measured),
+    Restarted(f64),
     /// It is too far from the prediction.
     Refused,
 }
 
 #[derive(Debug, Clone, Copy)]
 struct Refused {
-    frame: f64,
+    /// When \[beats\].
+    at: f64,
     u_px: f64,
     clear: bool,
     /// Near the prediction: refused only because the seam was lost.
@@ -62,32 +53,43 @@ struct Refused {
 #[derive(Debug, Clone)]
 pub struct Judge {
     filter: SeamFilter,
-    refused: Vec<Refused>,
-    unseen: u32,
-    sightings: u32,
-    lost: bool,
+    refused: VecDeque<Refused>,
+    /// Since the start \[beats\], and the step it last took.
+    now: f64,
+    step: f64,
+    unseen_beats: f64,
+    sightings: f64,
     lost_std_px: f64,
     parts: Parts,
 }
 
 impl Judge {
-    /// Starts at a sighting of variance `variance_px2`; the seam is lost when σ exceeds `lost_std_px`.
+    /// Starts at a sighting `u_px` of R `white_px2`; the seam is lost when σ exceeds `lost_std_px`.
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn start(u_px: f64, variance_px2: f64, lost_std_px: f64, parts: Parts) -> Result<Self, TrackerError> {
-        let filter =
-            SeamFilter::start(u_px, 0.0, [COLOUR_VARIANCE_PX2 + variance_px2, START_VELOCITY_VARIANCE], parts)?;
-        Ok(Self { filter, refused: vec![], unseen: 0, sightings: 1, lost: false, lost_std_px, parts })
+    pub fn start(u_px: f64, white_px2: f64, lost_std_px: f64, parts: Parts) -> Result<Self, TrackerError> {
+        Ok(Self {
+            filter: SeamFilter::start((u_px, white_px2), (0.0, START_VELOCITY_VARIANCE), 1.0, parts)?,
+            refused: VecDeque::with_capacity(RECENT_REFUSALS + 1),
+            now: 0.0,
+            step: 1.0,
+            unseen_beats: 0.0,
+            sightings: 1.0,
+            lost_std_px,
+            parts,
+        })
     }
 
-    /// Goes `frames` on, with the measurements' noise scaled by `noise`.
+    /// Goes `beats` on, with the measurements' noise scaled by `noise`.
     ///
     /// # Errors
-    /// When `frames` is not positive.
-    pub fn predict(&mut self, frames: f64, noise: f64) -> Result<(), TrackerError> {
+    /// When `beats` is not positive.
+    pub fn predict(&mut self, beats: f64, noise: f64) -> Result<(), TrackerError> {
+        self.now += beats;
+        self.step = beats;
         self.filter.set_noise(noise);
-        Ok(self.filter.predict(frames)?)
+        Ok(self.filter.predict(beats)?)
     }
 
     /// Mean and variance of the position \[px, px²\].
@@ -100,51 +102,63 @@ impl Judge {
         (self.position().1 + VIBRATION_VARIANCE_PX2).sqrt()
     }
 
-    /// Frames since the seam was last sighted.
-    pub const fn unseen(&self) -> u32 {
-        self.unseen
+    /// Time since the seam was last sighted \[beats\], 0 in the frame after a sighting.
+    pub const fn unseen_beats(&self) -> f64 {
+        self.unseen_beats
     }
 
-    /// Whether the seam is lost: no value may be given.
-    pub const fn is_lost(&self) -> bool {
-        self.lost
+    /// Whether the prediction is worth nothing any more: too long unseen, or too unsure.
+    pub fn is_exhausted(&self) -> bool {
+        self.unseen_beats > 0.0
+            && (self.position().1.sqrt() > self.lost_std_px || self.unseen_beats > self.patience_beats())
     }
 
-    /// Whether the seam has been lost for so long that any joint should be sought.
+    /// Whether a lost seam has been sought for so long that any joint should be.
     pub fn should_give_up(&self) -> bool {
-        self.lost && self.unseen > GIVE_UP_FACTOR * self.patience()
+        self.unseen_beats > GIVE_UP_FACTOR * self.patience_beats()
     }
 
-    fn patience(&self) -> u32 {
-        self.sightings.clamp(*LOST_FRAMES.start(), *LOST_FRAMES.end())
+    /// Where the sightings refused last were \[px\], the newest first.
+    pub fn refused_px(&self) -> impl Iterator<Item = f64> {
+        self.refused.iter().rev().map(|refused| refused.u_px)
     }
 
-    /// Judges a sighting in frame `now`; `clear` when it needs no second one beside it. The NIS comes with the verdict.
+    fn patience_beats(&self) -> f64 {
+        self.sightings.clamp(*LOST_BEATS.start(), *LOST_BEATS.end())
+    }
+
+    /// Judges a sighting; `clear` when it needs no second one beside it, `is_lost` when the prediction is exhausted. The
+    /// NIS comes with the verdict.
     ///
     /// # Errors
     /// When a covariance breaks down.
     pub fn sighted(
         &mut self,
-        now: f64,
         u_px: f64,
-        variance_px2: f64,
+        R_px2: f64,
         clear: bool,
+        is_lost: bool,
     ) -> Result<(f64, Verdict), TrackerError> {
-        let nis = self.filter.nis(u_px, variance_px2)?;
+        let nis = self.filter.nis(u_px, R_px2)?;
         let believable = nis <= REFUSE_NIS || !self.parts.has(Part::InnovationGate);
-        if believable && !self.lost {
-            self.unseen = 0;
-            self.sightings += 1;
-            return Ok((nis, Verdict::Taken(self.take(nis, u_px, variance_px2)?)));
+        if believable && !is_lost {
+            self.unseen_beats = 0.0;
+            self.sightings += 1.0;
+            return Ok((nis, Verdict::Taken(self.take(nis, u_px, R_px2)?)));
         }
-        self.refused.push(Refused { frame: now, u_px, clear, expected: nis <= INFLATE_NIS });
-        let may_restart = self.lost || self.parts.has(Part::Reacquisition);
-        if let Some((start_px, slope)) = self.agreement(now).filter(|_| may_restart) {
-            self.filter = SeamFilter::start(start_px, slope, RESTART_VARIANCES, self.parts)?;
+        self.refused.push_back(Refused { at: self.now, u_px, clear, expected: nis <= INFLATE_NIS });
+        if self.refused.len() > RECENT_REFUSALS {
+            self.refused.pop_front();
+        }
+        let may_restart = is_lost || self.parts.has(Part::Reacquisition);
+        if let Some((start_px, slope)) = self.agreement(is_lost).filter(|_| may_restart) {
+            let (white_px2, velocity_variance) = RESTART_VARIANCES;
+            let noise = self.filter.noise();
+            let position = (start_px, noise.max(1.0) * white_px2);
+            self.filter = SeamFilter::start(position, (slope, velocity_variance), noise, self.parts)?;
             self.refused.clear();
-            self.lost = false;
-            self.unseen = 0;
-            return Ok((nis, Verdict::Restarted(Measured { u_px, variance_px2 })));
+            self.unseen_beats = 0.0;
+            return Ok((nis, Verdict::Restarted(R_px2)));
         }
         self.missed();
         Ok((nis, Verdict::Refused))
@@ -152,52 +166,49 @@ impl Judge {
 
     /// The seam was not sighted in this frame.
     pub fn missed(&mut self) {
-        self.unseen += 1;
-        let (_, variance) = self.position();
-        self.lost |= variance.sqrt() > self.lost_std_px || self.unseen > self.patience();
+        self.unseen_beats += self.step;
     }
 
-    /// Offers a stand-in for the sighting that was missed; it never restarts the filter.
+    /// Offers a stand-in for the sighting that was missed; it never restarts the filter. Its NIS, and R if it was taken.
     ///
     /// # Errors
     /// When a covariance breaks down.
-    pub fn stand_in(&mut self, u_px: f64, variance_px2: f64) -> Result<(f64, Option<Measured>), TrackerError> {
-        let nis = self.filter.nis(u_px, variance_px2)?;
-        let measured = if nis <= REFUSE_NIS { Some(self.take(nis, u_px, variance_px2)?) } else { None };
-        Ok((nis, measured))
+    pub fn stand_in(&mut self, u_px: f64, R_px2: f64) -> Result<(f64, Option<f64>), TrackerError> {
+        let nis = self.filter.nis(u_px, R_px2)?;
+        let taken = if nis <= REFUSE_NIS { Some(self.take(nis, u_px, R_px2)?) } else { None };
+        Ok((nis, taken))
     }
 
-    fn take(&mut self, nis: f64, u_px: f64, variance_px2: f64) -> Result<Measured, TrackerError> {
-        let inflation = if self.parts.has(Part::InnovationGate) { (nis / INFLATE_NIS).max(1.0) } else { 1.0 };
-        let variance_px2 = variance_px2 * inflation;
-        self.filter.update(u_px, variance_px2)?;
-        Ok(Measured { u_px, variance_px2 })
+    fn take(&mut self, nis: f64, u_px: f64, R_px2: f64) -> Result<f64, TrackerError> {
+        let inflation = if self.parts.has(Part::InnovationGate) { noise::inflation(nis) } else { 1.0 };
+        self.filter.update(u_px, R_px2 * inflation)?;
+        Ok(R_px2 * inflation)
     }
 
     /// Whether the newest refused sighting and enough of those just before it lie on a straight path: its position and
     /// slope now. A stray one among them does not matter.
-    fn agreement(&self, now: f64) -> Option<(f64, f64)> {
-        let fresh = |r: &&Refused| r.frame >= now - RECENT_REFUSALS as f64;
-        let recent: Vec<Refused> = self.refused.iter().rev().take(RECENT_REFUSALS).filter(fresh).copied().collect();
+    fn agreement(&self, is_lost: bool) -> Option<(f64, f64)> {
+        let fresh = |r: &&Refused| r.at >= self.now - RECENT_REFUSALS as f64;
+        let recent: Vec<Refused> = self.refused.iter().rev().filter(fresh).copied().collect();
         let [newest, others @ ..] = &recent[..] else { return None };
         let mut threes = others.iter().enumerate().flat_map(|(i, b)| others[i + 1..].iter().map(|c| [*newest, *b, *c]));
-        let enough = |r: &Refused| r.clear && (r.expected || !self.lost);
+        let enough = |r: &Refused| r.clear && (r.expected || !is_lost);
         let two = others.first().map(|b| [*newest, *b]).filter(|two| two.iter().all(enough));
-        let two = two.and_then(|two| self.straight_path(now, &two, STEEPEST_SLOPE_PX));
+        let two = two.and_then(|two| self.straight_path(&two, STEEPEST_SLOPE_PX));
         let steepest_px = |three: &[Refused; 3]| {
             if three.iter().all(|r| r.clear) { STEEPEST_CLEAR_SLOPE_PX } else { STEEPEST_SLOPE_PX }
         };
-        two.or_else(|| threes.find_map(|three| self.straight_path(now, &three, steepest_px(&three))))
+        two.or_else(|| threes.find_map(|three| self.straight_path(&three, steepest_px(&three))))
     }
 
     /// Position and slope now of the straight line through `refused`, if they lie on one.
-    fn straight_path(&self, now: f64, refused: &[Refused], steepest_px: f64) -> Option<(f64, f64)> {
-        let n = refused.len() as f64;
-        let mean_t = refused.iter().map(|r| r.frame - now).sum::<f64>() / n;
+    fn straight_path(&self, refused: &[Refused], steepest_px: f64) -> Option<(f64, f64)> {
+        let (n, now) = (refused.len() as f64, self.now);
+        let mean_t = refused.iter().map(|r| r.at - now).sum::<f64>() / n;
         let mean_u = refused.iter().map(|r| r.u_px).sum::<f64>() / n;
-        let spread: f64 = refused.iter().map(|r| (r.frame - now - mean_t).powi(2)).sum();
-        let slope = refused.iter().map(|r| (r.frame - now - mean_t) * (r.u_px - mean_u)).sum::<f64>() / spread;
-        let off_line_px = |r: &Refused| (r.u_px - mean_u - slope * (r.frame - now - mean_t)).abs();
+        let spread: f64 = refused.iter().map(|r| (r.at - now - mean_t).powi(2)).sum();
+        let slope = refused.iter().map(|r| (r.at - now - mean_t) * (r.u_px - mean_u)).sum::<f64>() / spread;
+        let off_line_px = |r: &Refused| (r.u_px - mean_u - slope * (r.at - now - mean_t)).abs();
         let tolerance_px = AGREEMENT_PX * self.filter.noise().sqrt().max(1.0);
         let straight = refused.iter().all(|r| off_line_px(r) < tolerance_px) && slope.abs() < steepest_px;
         straight.then_some((mean_u - slope * mean_t, slope))
@@ -211,10 +222,10 @@ mod tests {
     const R_PX2: f64 = 0.1;
 
     fn settled() -> Judge {
-        let mut judge = Judge::start(100.0, R_PX2, LOST_STD_PX, Parts::default()).unwrap();
+        let mut judge = Judge::start(100.0, R_PX2, 5.0, Parts::default()).unwrap();
         for t in 1..40 {
             judge.predict(1.0, 1.0).unwrap();
-            judge.sighted(f64::from(t), 100.0 + 0.5 * f64::from(t), R_PX2, true).unwrap();
+            judge.sighted(100.0 + 0.5 * f64::from(t), R_PX2, true, false).unwrap();
         }
         judge
     }
@@ -223,7 +234,7 @@ mod tests {
     fn a_single_wild_sighting_is_refused_and_the_prediction_stands() {
         let mut judge = settled();
         judge.predict(1.0, 1.0).unwrap();
-        let (_, verdict) = judge.sighted(40.0, 150.0, R_PX2, true).unwrap();
+        let (_, verdict) = judge.sighted(150.0, R_PX2, true, false).unwrap();
         assert_eq!(verdict, Verdict::Refused);
         assert!((judge.position().0 - 120.0).abs() < 0.3);
     }
@@ -232,9 +243,9 @@ mod tests {
     fn refused_sightings_that_agree_start_the_filter_anew() {
         let mut judge = settled();
         let mut verdicts = vec![];
-        for t in 40..43 {
+        for _ in 40..43 {
             judge.predict(1.0, 1.0).unwrap();
-            verdicts.push(judge.sighted(f64::from(t), 150.0, R_PX2, false).unwrap().1);
+            verdicts.push(judge.sighted(150.0, R_PX2, false, false).unwrap().1);
         }
         assert!(matches!(verdicts[..], [Verdict::Refused, Verdict::Refused, Verdict::Restarted(_)]));
         assert!((judge.position().0 - 150.0).abs() < 0.5);
@@ -243,15 +254,15 @@ mod tests {
     #[test]
     fn a_seam_that_is_long_unseen_is_lost_and_never_found_again_by_one_sighting() {
         let mut judge = settled();
-        for _ in 0..=*LOST_FRAMES.end() {
+        for _ in 0..=30 {
             judge.predict(1.0, 1.0).unwrap();
             judge.missed();
         }
-        assert!(judge.is_lost());
+        assert!(judge.is_exhausted());
         judge.predict(1.0, 1.0).unwrap();
-        let (_, verdict) = judge.sighted(90.0, judge.position().0, R_PX2, true).unwrap();
+        let (_, verdict) = judge.sighted(judge.position().0, R_PX2, true, true).unwrap();
         assert_eq!(verdict, Verdict::Refused);
-        assert!(judge.is_lost());
+        assert!(judge.is_exhausted());
     }
 
     #[test]

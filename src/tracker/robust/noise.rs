@@ -1,65 +1,57 @@
-//! How noisy the measurements are, from the measurements themselves.
+//! R of the measurements: all its parts, in one place.
 //!
-//! The third difference of four successive positions hardly sees any path (a sine of 40 px and 130 frames leaves
-//! 0.005 px), so its spread is the noise's, whatever the filter believes.
+//! R = scale · (white + edge cost) · inflation, beside it the coloured part scale · [`COLOUR_VARIANCE_PX2`]. Filter and
+//! smoother use the same.
 
-use std::collections::VecDeque;
-
-use super::GEOMETRY_VARIANCE_PX2;
 use super::filter::{COLOUR_COEFFICIENT, COLOUR_VARIANCE_PX2};
+use super::roughness::{Roughness, third_difference_gain};
+use crate::imgproc::geometry::JointFit;
 
-/// Third differences that are remembered. Chosen: a few seconds of welding.
-const WINDOW: usize = 48;
+/// White part of R of a fit \[px²\]. Prototype.
+pub const WHITE_VARIANCE_PX2: f64 = 0.1;
+/// Edge cost of an undisturbed fit, and how R grows with the square of what is above it \[px²\]. Tuned: at a cost of
+/// 0.02 the squared error is some 1 px², at 0.05 some 5 px².
+const USUAL_COST: f64 = 0.005;
+const VARIANCE_PER_COST2_PX2: f64 = 3000.0;
+/// NIS above which a sighting is used with an inflated R: at it, R is as it is; above, it grows with the NIS. Prototype.
+pub const INFLATE_NIS: f64 = 4.0;
+
 /// Third differences of the nominal noise that are believed beforehand. Tuned.
 const PRIOR_COUNT: usize = 8;
 /// Range of the scale. Tuned: to believe edges sharper than they were for a while costs accuracy, to believe torn edges
 /// sharp costs the seam; so it goes far up and little down.
-const RANGE: std::ops::RangeInclusive<f64> = 0.7..=8.0;
-/// Median of |x| of a normal variable of SD 1.
-const MEDIAN_OF_NORMAL: f64 = 0.6745;
+const SCALE_RANGE: std::ops::RangeInclusive<f64> = 0.7..=8.0;
 
-/// A running, robust estimate of the noise's scale: 1 is the nominal noise.
-#[derive(Debug, Clone, Default)]
-pub struct NoiseScale {
-    last: VecDeque<f64>,
-    differences_px: VecDeque<f64>,
+/// R of a fit under the nominal noise \[px²\]: edges that explain the stripe badly are worth less.
+pub fn of_fit(fit: &JointFit) -> f64 {
+    let excess_cost = fit.edges.map_or(0.0, |edges| (edges.cost - USUAL_COST).max(0.0));
+    WHITE_VARIANCE_PX2 + VARIANCE_PER_COST2_PX2 * excess_cost.powi(2)
 }
 
-/// Variance of a third difference under the nominal noise \[px²\]: Σᵢⱼ cᵢcⱼ times the noise's covariance, with
-/// c = (1, −3, 3, −1).
-fn nominal_variance_px2() -> f64 {
-    let psi = COLOUR_COEFFICIENT;
-    20.0 * GEOMETRY_VARIANCE_PX2 + COLOUR_VARIANCE_PX2 * (20.0 - 30.0 * psi + 12.0 * psi.powi(2) - 2.0 * psi.powi(3))
+/// The factor on R of a sighting whose NIS is `nis`.
+pub fn inflation(nis: f64) -> f64 {
+    (nis / INFLATE_NIS).max(1.0)
+}
+
+/// How noisy the measurements are, from the measurements themselves: 1 is the nominal noise.
+#[derive(Debug, Clone, Default)]
+pub struct NoiseScale {
+    roughness: Roughness,
 }
 
 impl NoiseScale {
     /// Takes in the position of the next frame; none breaks the succession.
     pub fn push(&mut self, position_px: Option<f64>) {
-        let Some(position_px) = position_px else {
-            self.last.clear();
-            return;
-        };
-        self.last.push_back(position_px);
-        if let [a, b, c, d] = *self.last.make_contiguous() {
-            self.differences_px.push_back((d - 3.0 * c + 3.0 * b - a).abs());
-            self.last.pop_front();
-            if self.differences_px.len() > WINDOW {
-                self.differences_px.pop_front();
-            }
-        }
+        self.roughness.push(position_px);
     }
 
     /// The scale of the noise's variance.
     pub fn scale(&self) -> f64 {
-        let count = self.differences_px.len();
-        if count < 4 {
-            return 1.0;
-        }
-        let mut sorted: Vec<f64> = self.differences_px.iter().copied().collect();
-        let (_, &mut median, _) = sorted.select_nth_unstable_by(count / 2, f64::total_cmp);
-        let measured = (median / MEDIAN_OF_NORMAL).powi(2) / nominal_variance_px2();
+        let Some((variance_px2, count)) = self.roughness.variance() else { return 1.0 };
+        let nominal_px2 = third_difference_gain(0.0) * WHITE_VARIANCE_PX2
+            + third_difference_gain(COLOUR_COEFFICIENT) * COLOUR_VARIANCE_PX2;
         let trust = count as f64 / (count + PRIOR_COUNT) as f64;
-        (trust * measured + (1.0 - trust)).clamp(*RANGE.start(), *RANGE.end())
+        (trust * variance_px2 / nominal_px2 + (1.0 - trust)).clamp(*SCALE_RANGE.start(), *SCALE_RANGE.end())
     }
 }
 
@@ -77,7 +69,7 @@ mod tests {
         for t in 0..2000 {
             let drive = (noise * COLOUR_VARIANCE_PX2 * (1.0 - COLOUR_COEFFICIENT.powi(2))).sqrt();
             colour = COLOUR_COEFFICIENT * colour + drive * unit.sample(&mut rng);
-            let white = (noise * GEOMETRY_VARIANCE_PX2).sqrt() * unit.sample(&mut rng);
+            let white = (noise * WHITE_VARIANCE_PX2).sqrt() * unit.sample(&mut rng);
             scale.push(Some(path(f64::from(t)) + colour + white));
             sum += if t >= 1000 { scale.scale() / 1000.0 } else { 0.0 };
         }
@@ -97,11 +89,8 @@ mod tests {
     }
 
     #[test]
-    fn a_gap_in_the_measurements_is_no_jump() {
-        let mut scale = NoiseScale::default();
-        for t in 0..40 {
-            scale.push((t % 5 != 4).then_some(f64::from(t) * 10.0));
-        }
-        assert!(scale.scale() <= 0.7);
+    fn r_grows_with_the_edge_cost_and_with_a_large_innovation_alone() {
+        assert_eq!(inflation(1.0), 1.0);
+        assert_eq!(inflation(8.0), 2.0);
     }
 }

@@ -19,6 +19,8 @@ pub enum Part {
     NoiseScale,
     /// The lasting acceleration of the middle model.
     Bends,
+    /// The model for bends of fast seams.
+    FastBends,
     /// The model for sharp corners.
     Corners,
     /// Refusing and inflating by the innovation.
@@ -31,7 +33,7 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Median,
         Self::StripePath,
         Self::FitGates,
@@ -40,6 +42,7 @@ impl Part {
         Self::ColouredNoise,
         Self::NoiseScale,
         Self::Bends,
+        Self::FastBends,
         Self::Corners,
         Self::InnovationGate,
         Self::Reacquisition,
@@ -58,6 +61,7 @@ impl Part {
             Self::ColouredNoise => "coloured noise",
             Self::NoiseScale => "noise scale",
             Self::Bends => "bends",
+            Self::FastBends => "fast bends",
             Self::Corners => "corners",
             Self::InnovationGate => "innovation gate",
             Self::Reacquisition => "re-acquisition",

@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::classify;
+use super::hairline::ROW_VARIANCE_PX2;
 use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
@@ -62,6 +63,13 @@ pub enum Found {
     },
 }
 
+impl Found {
+    /// Not even a stripe.
+    pub const fn nothing() -> Self {
+        Self::Nothing { stripe_seen: false, evidence: Evidence::NONE }
+    }
+}
+
 /// Looks for joints of one kind, or of all.
 pub struct Seeker {
     kind: Option<JointKind>,
@@ -72,21 +80,30 @@ pub struct Seeker {
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
     hairline: HairlineTracker,
+    /// Hairlines are sought too.
+    seeks_hairlines: bool,
     straight_share: f64,
 }
 
 impl Seeker {
-    /// Looks for `kind`, or for any.
-    pub fn new(kind: Option<JointKind>, parts: Parts) -> Self {
+    /// Looks for `kind`, or for any; `untouched` when no weld can have been begun, `seeks_hairlines` when a joint may have
+    /// neither edges nor a corner.
+    pub fn new(kind: Option<JointKind>, parts: Parts, untouched: bool, seeks_hairlines: bool) -> Self {
         Self {
             kind,
             parts,
             asked: None,
             recent: VecDeque::new(),
-            untouched: true,
+            untouched,
             hairline: HairlineTracker::default(),
+            seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
             straight_share: 0.0,
         }
+    }
+
+    /// The seeds of the last frame looked at.
+    pub fn candidates(&self) -> &[Seed] {
+        self.recent.back().map_or(&[], Vec::as_slice)
     }
 
     /// The user knows where the seam is in the next frame.
@@ -111,8 +128,7 @@ impl Seeker {
             let reason = classify::reason(&seed, self.kind.is_some());
             return Found::Joint { seed: Box::new(seed), reason };
         }
-        let may_be_hairline = self.kind.is_none_or(|kind| kind == JointKind::Butt);
-        let hairline = if may_be_hairline { self.hairline.step(frame) } else { None };
+        let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
         let presence = hairline.map(|estimate| estimate.grid.presence);
         let evidence = Evidence { along_px: hairline.map(|estimate| estimate.seam.u_px), presence, ..Evidence::NONE };
         if let Some(estimate) = hairline
@@ -123,6 +139,7 @@ impl Seeker {
                 sighting: Box::new(Sighting {
                     centre: estimate.seam,
                     variance_px2: estimate.grid.sd_px.powi(2),
+                    across_variance_px2: ROW_VARIANCE_PX2,
                     clear: true,
                     evidence,
                     section: None,
@@ -148,9 +165,7 @@ impl Seeker {
             let sure = seed.certain || (seed.clear && before_arc) || agreeing(seed) >= AGREEING_SEEDS;
             sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, other))
         };
-        let found = seeds.into_iter().find(certain)?;
-        self.recent.clear();
-        Some(found)
+        seeds.into_iter().find(certain)
     }
 
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {

@@ -2,6 +2,7 @@
 
 use crate::imgproc::geometry::{JointFit, Refusal};
 use crate::tracker::estimate::{CrossSection, Evidence};
+use crate::tracker::path::Measured;
 use crate::units::PixelPoint;
 
 /// Where a frame shows the seam, and how well.
@@ -11,6 +12,8 @@ pub struct Sighting {
     pub centre: PixelPoint,
     /// Variance of the position along the stripe \[px²\].
     pub variance_px2: f64,
+    /// Variance of the position across it \[px²\].
+    pub across_variance_px2: f64,
     /// So good that it needs no second one beside it.
     pub clear: bool,
     /// What it rests on.
@@ -19,6 +22,14 @@ pub struct Sighting {
     pub section: Option<CrossSection>,
     /// The stripe's geometry, where the seam was sighted by it.
     pub fit: Option<JointFit>,
+}
+
+impl Sighting {
+    /// The measurement, its R that of a noise `noise` times the nominal one.
+    pub fn measured(&self, noise: f64) -> Measured {
+        let across = (self.centre.v_px, self.across_variance_px2);
+        Measured { along: (self.centre.u_px, noise * self.variance_px2), across: Some(across) }
+    }
 }
 
 /// A frame that shows no seam to be trusted.

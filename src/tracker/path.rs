@@ -1,0 +1,219 @@
+//! The path of a recording, smoothed.
+//!
+//! A [`Session`](super::Session) forgets; what is to be smoothed over a whole recording is collected here, one estimate a
+//! frame. Each joint is smoothed by itself, with the noise that was measured while it was followed.
+
+use nalgebra::SMatrix;
+
+use super::TrackerError;
+use super::estimate::{Estimate, SeamEstimate};
+use super::robust::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
+use super::robust::height::{self, Reading};
+use super::robust::noise::WHITE_VARIANCE_PX2;
+use super::view::View;
+use crate::kalman::{ChiSquareGate, Filtered, Frame, Gaussian, fit, smoother};
+use crate::units::PixelPoint;
+
+/// σ above which a smoothed value is not given, in pixels of the view: it bridges short gaps, not long absences.
+const LARGEST_STD_PX: f64 = 2.5;
+
+/// A measurement as the filter took it: position along the stripe and across it, each with its R. The correlation filter
+/// measures along it alone.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Measured {
+    pub along: Reading,
+    pub across: Option<Reading>,
+}
+
+/// What the smoother is to know of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Memory {
+    /// Time since the frame before \[beats\]; 0 for a repeated picture, which stands for the same moment.
+    pub beats: f64,
+    pub event: Event,
+}
+
+impl Memory {
+    /// One beat later, and nothing known.
+    pub const NOTHING: Self = Self { beats: 1.0, event: Event::Nothing };
+}
+
+/// What became of the joint in a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Event {
+    /// None is followed.
+    Nothing,
+    /// A joint was found.
+    Found { view: View, measured: Measured },
+    /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`.
+    Followed { measured: Option<Measured>, noise: f64, shaking_px2: f64 },
+    /// It was lost, and stays so until something is accepted again.
+    Lost,
+    /// It ended when it was last seen.
+    Ended,
+}
+
+/// A joint's part of the recording.
+#[derive(Debug)]
+struct Joint {
+    view: View,
+    start: usize,
+    /// From where on there is nothing to smooth: it ended, or was lost for good.
+    end: Option<usize>,
+    last_seen: usize,
+    /// Sums of noise scale and shaking, and their number.
+    noise: f64,
+    shaking_px2: f64,
+    count: f64,
+}
+
+impl Joint {
+    fn mean(&self, sum: f64, otherwise: f64) -> f64 {
+        if self.count > 0.0 { sum / self.count } else { otherwise }
+    }
+}
+
+/// The recording so far.
+#[derive(Debug)]
+pub struct SeamPath {
+    lag: Option<usize>,
+    fits_process_noise: bool,
+    along: Vec<Frame<1>>,
+    across: Vec<Frame<1>>,
+    /// For each frame of the recording its place among those: repeated frames share one.
+    places: Vec<usize>,
+    joints: Vec<Joint>,
+}
+
+impl Default for SeamPath {
+    fn default() -> Self {
+        Self::new(None)
+    }
+}
+
+impl SeamPath {
+    /// A path whose smoother may look `lag` frames ahead, or as far as the recording goes.
+    #[must_use]
+    pub const fn new(lag: Option<usize>) -> Self {
+        Self { lag, fits_process_noise: true, along: vec![], across: vec![], places: vec![], joints: vec![] }
+    }
+
+    /// Without the search for the likeliest process noise: an ablation.
+    #[must_use]
+    pub fn without_fit(self) -> Self {
+        Self { fits_process_noise: false, ..self }
+    }
+
+    /// The estimate of the next frame.
+    pub fn push(&mut self, estimate: &Estimate) {
+        let Memory { beats, event } = estimate.memory;
+        if beats <= 0.0
+            && let Some(&place) = self.places.last()
+        {
+            self.places.push(place);
+            return;
+        }
+        let frame = self.along.len();
+        let measured = match event {
+            Event::Found { measured, .. } => Some(measured),
+            Event::Followed { measured, .. } => measured,
+            Event::Nothing | Event::Lost | Event::Ended => None,
+        };
+        match event {
+            Event::Found { view, .. } => self.joints.push(Joint {
+                view,
+                start: frame,
+                end: None,
+                last_seen: frame,
+                noise: 0.0,
+                shaking_px2: 0.0,
+                count: 0.0,
+            }),
+            Event::Followed { noise, shaking_px2, measured } => {
+                if let Some(joint) = self.joints.last_mut() {
+                    joint.noise += noise;
+                    joint.shaking_px2 += shaking_px2;
+                    joint.count += 1.0;
+                    if measured.is_some() {
+                        (joint.end, joint.last_seen) = (None, frame);
+                    }
+                }
+            }
+            Event::Lost => {
+                if let Some(joint) = self.joints.last_mut() {
+                    joint.end.get_or_insert(frame);
+                }
+            }
+            Event::Ended => {
+                if let Some(joint) = self.joints.last_mut() {
+                    joint.end = Some(joint.last_seen + 1);
+                }
+            }
+            Event::Nothing => {}
+        }
+        let row = |reading: Option<Reading>| Frame {
+            dt_s: beats.max(1e-6),
+            z: [reading.map(|(px, _)| px)],
+            R: reading.map(|(_, variance_px2)| SMatrix::from_element(variance_px2)),
+        };
+        self.places.push(frame);
+        self.along.push(row(measured.map(|m| m.along)));
+        self.across.push(row(measured.and_then(|m| m.across)));
+    }
+
+    /// The seam in each frame, in the picture, given all frames or those up to the lag after it; none where it was not
+    /// seen and cannot be bridged.
+    ///
+    /// # Errors
+    /// When a covariance breaks down.
+    pub fn smoothed(&self) -> Result<Vec<Option<SeamEstimate>>, TrackerError> {
+        let mut states = vec![None; self.along.len()];
+        let nexts = self.joints.iter().skip(1).map(|joint| joint.start).chain([self.along.len()]);
+        for (joint, next) in self.joints.iter().zip(nexts) {
+            let frames = joint.start..joint.end.unwrap_or(next).min(next);
+            let along = self.smoothed_along(joint, &self.along[frames.clone()])?;
+            let across = self.smoothed_across(joint, &self.across[frames.clone()])?;
+            for ((state, along), across) in states[frames].iter_mut().zip(along).zip(across) {
+                *state = along.zip(across).and_then(|(along, across)| estimate(along, across, &joint.view));
+            }
+        }
+        Ok(self.places.iter().map(|&place| states[place]).collect())
+    }
+
+    fn smoothed_along(&self, joint: &Joint, frames: &[Frame<1>]) -> Result<Vec<Option<Reading>>, TrackerError> {
+        let model = filter::model(PROCESS_NOISE, WHITE_VARIANCE_PX2, joint.mean(joint.noise, 1.0))?;
+        let gate = Some(ChiSquareGate::<1>::P99);
+        let states = match self.lag {
+            Some(lag) => fit::smooth_seam_lagged(&model, frames, gate, lag)?,
+            None if self.fits_process_noise => fit::smooth_seam(&model, frames, gate)?.states,
+            None => whole(fit::filter(&model, frames, gate)?),
+        };
+        let position = |state: Gaussian<3>| (state.x[0], state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2);
+        Ok(states.into_iter().map(|state| state.map(position)).collect())
+    }
+
+    fn smoothed_across(&self, joint: &Joint, frames: &[Frame<1>]) -> Result<Vec<Option<Reading>>, TrackerError> {
+        let model = height::model(joint.mean(joint.shaking_px2, height::FIRST_SHAKING_PX2), WHITE_VARIANCE_PX2)?;
+        let run = fit::filter(&model, frames, Some(ChiSquareGate::<1>::P99))?;
+        let states = match self.lag {
+            Some(lag) => {
+                let lagged = smoother::fixed_lag(&run.trajectory, lag).into_iter().map(Some);
+                std::iter::repeat_n(None, run.first).chain(lagged).collect()
+            }
+            None => whole(run),
+        };
+        Ok(states.into_iter().map(|state| state.map(|state| height::reading(&state))).collect())
+    }
+}
+
+/// The states given the whole series; none before the first measurement.
+fn whole<const N: usize>(run: Filtered<N, 1>) -> Vec<Option<Gaussian<N>>> {
+    let states = smoother::bryson_frazier(&run.trajectory).into_iter().map(Some);
+    std::iter::repeat_n(None, run.first).chain(states).collect()
+}
+
+fn estimate(along: Reading, across: Reading, view: &View) -> Option<SeamEstimate> {
+    let (std_px, std_across_px) = (along.1.sqrt(), across.1.sqrt());
+    let seam = SeamEstimate { centre: PixelPoint::new(along.0, across.0), std_px, std_across_px };
+    (std_px < LARGEST_STD_PX).then(|| seam.in_picture(view))
+}

@@ -1,0 +1,336 @@
+//! A seam that is followed: in each frame one outcome, which filter, noise memory, template and path are fed from.
+
+use super::geometry::GeometryEye;
+use super::hairline::HairlineEye;
+use super::height::Height;
+use super::judge::{Judge, Verdict};
+use super::noise::NoiseScale;
+use super::part::{Part, Parts};
+use super::seed::Seed;
+use super::sighting::{Sighting, Unsighted};
+use super::{RobustSettings, status};
+use crate::calib::Sensor;
+use crate::frame::GrayFrame;
+use crate::imgproc::geometry::Refusal;
+use crate::kcf::Kcf;
+use crate::tracker::TrackerError;
+use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate};
+use crate::tracker::hairline::HairlineTracker;
+use crate::tracker::path::{Event, Measured, Memory};
+use crate::tracker::view::View;
+use crate::units::PixelPoint;
+
+/// R of a KCF peak at [`FULL_PSR_RATIO`] \[px²\]; it grows with the fourth power as the PSR falls. Prototype.
+const KCF_VARIANCE_PX2: f64 = 4.5;
+/// The PSR ratio that counts as full: T = 8 of Du 2022 over its ceiling of 14.1.
+const FULL_PSR_RATIO: f64 = 0.57;
+/// PSR ratio below which a KCF peak is not used at all.
+pub const LEAST_PSR_RATIO: f64 = 0.35;
+/// For how long the KCF may stand in for a sighting \[beats\]: PSR stays high while a template slides.
+const KCF_ALONE_BEATS: f64 = 6.0;
+/// Rate at which the KCF's bias against the sightings is learned, a frame.
+const BIAS_RATE: f64 = 0.05;
+/// How long a plain stripe lies in place of the joint before the joint has ended \[beats\]. Chosen: a tack weld is shorter.
+const ENDED_AFTER_BEATS: f64 = 5.0;
+
+/// σ of the prediction above which a seam is lost: 2.7 σ are 1 mm, beyond which a value is wrong \[mm\], and no more than
+/// windows can hold, no less than a few noisy sightings leave \[px\].
+const LOST_STD_MM: f64 = 0.365;
+const LOST_STD_PX: std::ops::RangeInclusive<f64> = 1.2..=5.0;
+/// The same for a hairline, whose sightings are sometimes off by more than they claim \[px\]. Tuned.
+const HAIRLINE_LOST_STD_PX: f64 = 3.0;
+
+/// How the seam is sighted.
+enum Eye {
+    Geometry(GeometryEye),
+    Hairline(Box<HairlineEye>),
+}
+
+/// What is to be done in the next frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Next {
+    /// Follow the seam.
+    Follow,
+    /// It is lost: search it in the whole frame.
+    Search,
+    /// It has ended, or been lost for too long: seek any joint.
+    Seek,
+}
+
+/// What became of a frame.
+enum Outcome {
+    /// The sighting went into the filter, or the filter started anew from it and those before.
+    Sighted { sighting: Sighting, measured: Measured, nis: f64, restarted: bool },
+    /// The sighting was too far from the prediction.
+    Refused { sighting: Sighting, nis: f64 },
+    /// The correlation filter's peak went into the filter.
+    StoodIn { along: (f64, f64), nis: f64, evidence: Evidence },
+    /// No sighting, for this reason.
+    Unsighted { why: Observation, nis: Option<f64>, evidence: Evidence },
+}
+
+/// A seam that is being followed, in its own view of the picture.
+pub struct Following {
+    view: View,
+    eye: Eye,
+    judge: Judge,
+    height: Height,
+    noise: NoiseScale,
+    parts: Parts,
+    /// Mean difference of KCF peak and sighting \[px\].
+    kcf_bias_px: f64,
+    /// Since the last sighting, how long the stripe has gone straight through \[beats\].
+    plain_beats: f64,
+}
+
+impl Following {
+    /// Follows a joint with edges or a corner; its first sighting comes with it.
+    ///
+    /// # Errors
+    /// When a number is not finite.
+    pub fn by_geometry(seed: Seed, view: View, sensor: Sensor, parts: Parts) -> Result<(Self, Sighting), TrackerError> {
+        let eye = GeometryEye::new(seed.model, parts);
+        let sighting = eye.sighting(seed.fit);
+        let lost_std_px = lost_std_px(sensor, &view, &sighting);
+        Ok((Self::start(Eye::Geometry(eye), &sighting, lost_std_px, view, parts)?, sighting))
+    }
+
+    /// Follows a hairline.
+    ///
+    /// # Errors
+    /// When a number is not finite.
+    pub fn by_evidence(
+        tracker: HairlineTracker,
+        sighting: &Sighting,
+        view: View,
+        sensor: Sensor,
+        parts: Parts,
+    ) -> Result<Self, TrackerError> {
+        let lost_std_px = lost_std_px(sensor, &view, sighting).min(HAIRLINE_LOST_STD_PX);
+        Self::start(Eye::Hairline(Box::new(HairlineEye::new(tracker))), sighting, lost_std_px, view, parts)
+    }
+
+    fn start(eye: Eye, sighting: &Sighting, lost_std_px: f64, view: View, parts: Parts) -> Result<Self, TrackerError> {
+        Ok(Self {
+            view,
+            eye,
+            judge: Judge::start(sighting.centre.u_px, sighting.variance_px2, lost_std_px, parts)?,
+            height: Height::start((sighting.centre.v_px, sighting.across_variance_px2))?,
+            noise: NoiseScale::default(),
+            parts,
+            kcf_bias_px: 0.0,
+            plain_beats: 0.0,
+        })
+    }
+
+    /// The view in which it is followed.
+    pub const fn view(&self) -> View {
+        self.view
+    }
+
+    /// The seam as it is known, in the view.
+    pub fn seam(&self) -> SeamEstimate {
+        let ((u_px, _), (v_px, across_px2)) = (self.judge.position(), self.height.reading());
+        SeamEstimate {
+            centre: PixelPoint::new(u_px, v_px),
+            std_px: self.judge.std_px(),
+            std_across_px: across_px2.sqrt(),
+        }
+    }
+
+    /// One frame further by `beats`; `is_lost` when the seam is to be searched in the whole frame.
+    ///
+    /// # Errors
+    /// When a covariance breaks down.
+    pub fn step(
+        &mut self,
+        frame: &GrayFrame,
+        beats: f64,
+        is_lost: bool,
+        kcf: &mut Kcf,
+        settings: &RobustSettings,
+    ) -> Result<(Estimate, Next), TrackerError> {
+        let noise = self.predict(beats)?;
+        let mut reading = ask(kcf, frame, self.seam().centre);
+        let seen = match &mut self.eye {
+            Eye::Geometry(eye) if is_lost => eye.search(frame, &self.judge),
+            Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading),
+            Eye::Hairline(eye) => eye.look(frame),
+        };
+        let outcome = match seen {
+            Ok(sighting) => self.judge_sighting(sighting, noise, is_lost)?,
+            Err(unsighted) => self.do_without(frame, unsighted, beats, is_lost, &reading)?,
+        };
+        self.take_over(&outcome)?;
+        let sighted = match &outcome {
+            Outcome::Sighted { measured, .. } => Some(measured.along.0),
+            _ => None,
+        };
+        let may_learn = sighted.is_some() || !self.parts.has(Part::LearningGate);
+        if reading.psr_ratio >= settings.learn_psr_ratio && may_learn {
+            kcf.update(frame, self.seam().centre, settings.learning_rate);
+            reading.template_updated = true;
+            if let Some(u_px) = sighted {
+                self.kcf_bias_px += BIAS_RATE * (reading.peak.u_px - u_px - self.kcf_bias_px);
+            }
+        }
+        Ok(self.conclude(outcome, Some(reading), noise, beats, is_lost))
+    }
+
+    /// A frame that shows nothing, for the reason `why`.
+    ///
+    /// # Errors
+    /// When a covariance breaks down.
+    pub fn miss(&mut self, why: Observation, beats: f64, is_lost: bool) -> Result<(Estimate, Next), TrackerError> {
+        let noise = self.predict(beats)?;
+        self.judge.missed();
+        let outcome = Outcome::Unsighted { why, nis: None, evidence: Evidence::NONE };
+        self.take_over(&outcome)?;
+        Ok(self.conclude(outcome, None, noise, beats, is_lost))
+    }
+
+    fn predict(&mut self, beats: f64) -> Result<f64, TrackerError> {
+        let noise = if self.parts.has(Part::NoiseScale) { self.noise.scale() } else { 1.0 };
+        self.judge.predict(beats, noise)?;
+        self.height.predict(beats)?;
+        Ok(noise)
+    }
+
+    /// The frame shows the seam: it goes into the filter, or is refused.
+    fn judge_sighting(&mut self, sighting: Sighting, noise: f64, is_lost: bool) -> Result<Outcome, TrackerError> {
+        let measured = sighting.measured(noise);
+        let (u_px, variance_px2) = measured.along;
+        let (nis, verdict) = self.judge.sighted(u_px, variance_px2, sighting.clear, is_lost)?;
+        let (used_px2, restarted) = match verdict {
+            Verdict::Taken(used_px2) => (used_px2, false),
+            Verdict::Restarted(used_px2) => (used_px2, true),
+            Verdict::Refused => return Ok(Outcome::Refused { sighting, nis }),
+        };
+        let measured = Measured { along: (u_px, used_px2), ..measured };
+        Ok(Outcome::Sighted { sighting, measured, nis, restarted })
+    }
+
+    /// The frame shows no seam to be trusted: the correlation filter may stand in for a while.
+    fn do_without(
+        &mut self,
+        frame: &GrayFrame,
+        unsighted: Unsighted,
+        beats: f64,
+        is_lost: bool,
+        kcf: &KcfReading,
+    ) -> Result<Outcome, TrackerError> {
+        self.judge.missed();
+        let evidence = unsighted.evidence;
+        let Eye::Geometry(eye) = &self.eye else {
+            return Ok(Outcome::Unsighted {
+                why: Observation::SightingRefused(unsighted.refusal),
+                nis: None,
+                evidence,
+            });
+        };
+        if eye.sees_plain_stripe(frame, self.seam().centre) {
+            self.plain_beats += beats;
+            return Ok(Outcome::Unsighted { why: Observation::SightingRefused(Refusal::Plain), nis: None, evidence });
+        }
+        let why = Observation::SightingRefused(unsighted.refusal);
+        let may_stand_in = self.parts.has(Part::KcfStandIn)
+            && kcf.psr_ratio >= LEAST_PSR_RATIO
+            && self.judge.unseen_beats() <= KCF_ALONE_BEATS
+            && !is_lost
+            && !self.judge.is_exhausted();
+        if !may_stand_in {
+            return Ok(Outcome::Unsighted { why, nis: None, evidence });
+        }
+        let weakness = (FULL_PSR_RATIO / kcf.psr_ratio.min(FULL_PSR_RATIO)).powi(4);
+        let u_px = kcf.peak.u_px - self.kcf_bias_px;
+        let (nis, taken) = self.judge.stand_in(u_px, KCF_VARIANCE_PX2 * weakness)?;
+        Ok(match taken {
+            Some(used_px2) => Outcome::StoodIn { along: (u_px, used_px2), nis, evidence },
+            None => Outcome::Unsighted { why, nis: Some(nis), evidence },
+        })
+    }
+
+    /// What the outcome teaches height, noise and eye.
+    fn take_over(&mut self, outcome: &Outcome) -> Result<(), TrackerError> {
+        let sighted_px = match outcome {
+            Outcome::Sighted { sighting, .. } | Outcome::Refused { sighting, .. } => {
+                sighting.fit.map(|_| sighting.centre.u_px)
+            }
+            Outcome::StoodIn { .. } | Outcome::Unsighted { .. } => None,
+        };
+        self.noise.push(sighted_px);
+        let Outcome::Sighted { sighting, measured, .. } = outcome else { return self.height.update(None) };
+        self.plain_beats = 0.0;
+        if let (Eye::Geometry(eye), Some(fit)) = (&mut self.eye, &sighting.fit) {
+            eye.learn(fit);
+        }
+        self.height.update(measured.across)
+    }
+
+    /// The estimate, and what comes next.
+    fn conclude(
+        &self,
+        outcome: Outcome,
+        kcf: Option<KcfReading>,
+        noise: f64,
+        beats: f64,
+        was_lost: bool,
+    ) -> (Estimate, Next) {
+        let found = matches!(outcome, Outcome::Sighted { .. });
+        let has_ended = self.plain_beats >= ENDED_AFTER_BEATS;
+        let is_lost = !found && (was_lost || self.judge.is_exhausted());
+        let next = match (has_ended || (is_lost && self.judge.should_give_up()), is_lost) {
+            (true, _) => Next::Seek,
+            (false, true) => Next::Search,
+            (false, false) => Next::Follow,
+        };
+        let (observation, nis, evidence, section, measured) = match outcome {
+            Outcome::Sighted { sighting, measured, nis, restarted } => {
+                let observation = if restarted { Observation::Reacquired } else { Observation::Geometry };
+                (observation, Some(nis), sighting.evidence, sighting.section, Some(measured))
+            }
+            Outcome::Refused { sighting, nis } => (Observation::Refused, Some(nis), sighting.evidence, None, None),
+            Outcome::StoodIn { along, nis, evidence } => {
+                let measured = Measured { along, across: None };
+                (Observation::Kcf, Some(nis), evidence, None, Some(measured))
+            }
+            Outcome::Unsighted { why, nis, evidence } => (why, nis, evidence, None, None),
+        };
+        let event = match next {
+            Next::Seek if has_ended => Event::Ended,
+            Next::Seek | Next::Search => Event::Lost,
+            Next::Follow => Event::Followed { measured, noise, shaking_px2: self.height.shaking_px2() },
+        };
+        let estimate = Estimate {
+            status: status(measured.is_some(), next),
+            seam: (next == Next::Follow).then(|| self.seam()),
+            kcf,
+            nis,
+            evidence,
+            section,
+            memory: Memory { beats, event },
+            ..Estimate::seeking(observation)
+        };
+        (estimate, next)
+    }
+}
+
+/// σ above which the seam is lost \[px of the view\].
+fn lost_std_px(sensor: Sensor, view: &View, sighting: &Sighting) -> f64 {
+    if !sensor.has_millimetres() {
+        return *LOST_STD_PX.end();
+    }
+    let place = view.picture_from_view(sighting.centre);
+    let mm_per_px = sensor.jacobian_mm_per_px(place, view.axis())[(0, 0)].abs() * view.picture_px();
+    (LOST_STD_MM / mm_per_px).clamp(*LOST_STD_PX.start(), *LOST_STD_PX.end())
+}
+
+fn ask(kcf: &mut Kcf, frame: &GrayFrame, around: PixelPoint) -> KcfReading {
+    let response = kcf.detect(frame, around);
+    KcfReading {
+        peak: response.peak,
+        psr: response.psr.into(),
+        psr_ratio: response.psr_ratio().into(),
+        template_updated: false,
+    }
+}

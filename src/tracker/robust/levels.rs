@@ -1,0 +1,112 @@
+//! Looking for a joint on several rasters at once: small joints in the picture's own, large ones in coarser ones.
+//!
+//! What looks at a joint looks through windows of some 160 × 140 px. A gap of 250 px does not fit into them; in a raster
+//! four times as coarse it does, and its edges are as sharp in millimetres as they need be. So each raster has its range of
+//! joints, and a joint belongs to the finest one that holds it.
+
+use super::RobustSettings;
+use super::classify;
+use super::seed::Seed;
+use super::seek::{Found, Seeker};
+use crate::frame::GrayFrame;
+use crate::imgproc::Raster;
+use crate::imgproc::geometry::JointKind;
+use crate::units::PixelPoint;
+
+/// Picture pixels a raster pixel, along each side.
+const COARSENESS: [usize; 4] = [1, 2, 4, 8];
+/// Columns and rows that a raster must have to be looked at. Chosen: twice a window.
+const LEAST_RASTER_PX: (usize, usize) = (160, 120);
+/// A joint belongs to a coarser raster when its gap or step there is at least this wide, its groove this wide from root to
+/// shoulder \[px\]. Chosen: half of what the next finer one can hold.
+const LEAST_GAP_PX: f64 = 28.0;
+const LEAST_HALF_WIDTH_PX: f64 = 40.0;
+
+/// Least half length of a joint along the stripe \[px\].
+const LEAST_HALF_SPAN_PX: f64 = 5.0;
+
+/// A seeker for each raster, the finest first.
+pub struct Levels {
+    levels: Vec<(Raster, Seeker)>,
+}
+
+impl Levels {
+    /// Looks for the joint of the settings, or for any; `untouched` when no weld can have been begun.
+    pub fn new(settings: &RobustSettings, untouched: bool) -> Self {
+        let level = |coarseness: usize| {
+            let seeker = Seeker::new(settings.joint, settings.parts, untouched, coarseness == 1);
+            (Raster::coarser(coarseness), seeker)
+        };
+        Self { levels: COARSENESS.map(level).into() }
+    }
+
+    /// Looks for nothing.
+    pub const fn none() -> Self {
+        Self { levels: vec![] }
+    }
+
+    /// The user knows where the seam is in the next frame.
+    pub fn seed_at(&mut self, centre: PixelPoint) {
+        for (raster, seeker) in &mut self.levels {
+            seeker.seed_at(raster.raster_from_picture(centre));
+        }
+    }
+
+    /// Looks at the next frame: what was found, and in which raster.
+    pub fn look(&mut self, frame: &GrayFrame) -> (Raster, Found) {
+        let mut larger: Vec<Span> = vec![];
+        let mut nothing = None;
+        for (raster, seeker) in self.levels.iter_mut().rev() {
+            let Some(level) = raster.resample(frame) else { continue };
+            let is_finest = *raster == Raster::PICTURE;
+            if !is_finest && (level.width_px() < LEAST_RASTER_PX.0 || level.height_px() < LEAST_RASTER_PX.1) {
+                continue;
+            }
+            match seeker.look(&level) {
+                Found::Joint { seed, .. } if !is_finest && !is_large(&seed) => {}
+                // The edge of a wide gap looks like a lap joint to a narrow window.
+                Found::Joint { seed, .. } if larger.iter().any(|span| span.holds(&Span::of(&seed, *raster))) => {}
+                found @ Found::Nothing { .. } => nothing = Some((*raster, found)),
+                found => return (*raster, found),
+            }
+            larger.extend(
+                seeker
+                    .candidates()
+                    .iter()
+                    .filter(|seed| !is_finest && is_large(seed))
+                    .map(|seed| Span::of(seed, *raster)),
+            );
+        }
+        nothing.unwrap_or((Raster::PICTURE, Found::nothing()))
+    }
+}
+
+/// Where a joint lies along the stripe \[px of the picture\].
+struct Span {
+    centre_px: f64,
+    half_px: f64,
+}
+
+impl Span {
+    fn of(seed: &Seed, raster: Raster) -> Self {
+        let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+        let half_px = seed.model.half_width_px.unwrap_or(0.5 * gap_px).max(LEAST_HALF_SPAN_PX);
+        let centre_px = raster.picture_from_raster(seed.fit.centre).u_px;
+        Self { centre_px, half_px: half_px / raster.scale() }
+    }
+
+    /// Whether the other one is a part of this one.
+    fn holds(&self, other: &Self) -> bool {
+        (self.centre_px - other.centre_px).abs() < 1.2 * self.half_px && other.half_px < self.half_px
+    }
+}
+
+/// Whether a joint is too large for the next finer raster.
+fn is_large(seed: &Seed) -> bool {
+    match seed.model.kind {
+        JointKind::Butt => seed.fit.edges.is_some_and(|edges| edges.gap_px >= LEAST_GAP_PX),
+        JointKind::Lap => classify::step_px(seed).abs() >= LEAST_GAP_PX,
+        JointKind::VGroove => seed.model.half_width_px.is_some_and(|half_px| half_px >= LEAST_HALF_WIDTH_PX),
+        JointKind::Fillet => false,
+    }
+}

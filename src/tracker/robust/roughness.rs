@@ -1,0 +1,86 @@
+//! How much a series jumps from frame to frame, whatever path it is on.
+//!
+//! The third difference of four successive values hardly sees any path (a sine of 40 px and 130 frames leaves 0.005 px),
+//! so its spread is that of what comes and goes within a few frames: noise, raggedness, vibration.
+
+use std::collections::VecDeque;
+
+/// Third differences that are remembered. Chosen: a few seconds of welding.
+const WINDOW: usize = 48;
+/// Fewest third differences that have a spread.
+const LEAST_COUNT: usize = 4;
+/// Median of |x| of a normal variable of SD 1.
+const MEDIAN_OF_NORMAL: f64 = 0.6745;
+
+/// The spread of a series' third differences, running and robust.
+#[derive(Debug, Clone, Default)]
+pub struct Roughness {
+    last: VecDeque<f64>,
+    differences: VecDeque<f64>,
+}
+
+/// Σᵢⱼ cᵢcⱼ ψ^|i−j| with c = (1, −3, 3, −1): what noise of variance 1 and correlation ψ from value to value makes of the
+/// variance of a third difference. 20 where it is white.
+pub fn third_difference_gain(psi: f64) -> f64 {
+    20.0 - 30.0 * psi + 12.0 * psi.powi(2) - 2.0 * psi.powi(3)
+}
+
+impl Roughness {
+    /// Takes in the next value; none breaks the succession.
+    pub fn push(&mut self, value: Option<f64>) {
+        let Some(value) = value else {
+            self.last.clear();
+            return;
+        };
+        self.last.push_back(value);
+        if let [a, b, c, d] = *self.last.make_contiguous() {
+            self.differences.push_back((d - 3.0 * c + 3.0 * b - a).abs());
+            self.last.pop_front();
+            if self.differences.len() > WINDOW {
+                self.differences.pop_front();
+            }
+        }
+    }
+
+    /// The variance of a third difference and the number of those it comes from; none from too few.
+    pub fn variance(&self) -> Option<(f64, usize)> {
+        let count = self.differences.len();
+        if count < LEAST_COUNT {
+            return None;
+        }
+        let mut sorted: Vec<f64> = self.differences.iter().copied().collect();
+        let (_, &mut median, _) = sorted.select_nth_unstable_by(count / 2, f64::total_cmp);
+        Some(((median / MEDIAN_OF_NORMAL).powi(2), count))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, Normal};
+
+    #[test]
+    fn white_and_coloured_noise_have_the_spread_that_their_covariance_says() {
+        let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
+        let unit = Normal::new(0.0, 1.0).unwrap();
+        for psi in [0.0_f64, 0.3, 0.5, 0.8] {
+            let (mut roughness, mut noise, mut sum) = (Roughness::default(), 0.0, 0.0);
+            for t in 0..4000 {
+                noise = psi * noise + (1.0 - psi * psi).sqrt() * unit.sample(&mut rng);
+                roughness.push(Some(noise + 0.3 * f64::from(t)));
+                sum += roughness.variance().map_or(0.0, |(variance, _)| variance) / 4000.0;
+            }
+            assert!((sum / third_difference_gain(psi) - 1.0).abs() < 0.12, "{psi}: {sum}");
+        }
+    }
+
+    #[test]
+    fn a_gap_in_the_values_is_no_jump() {
+        let mut roughness = Roughness::default();
+        for t in 0..40 {
+            roughness.push((t % 5 != 4).then_some(f64::from(t) * 10.0));
+        }
+        assert!(roughness.variance().unwrap().0 < 1e-9);
+    }
+}

@@ -1,0 +1,188 @@
+//! Frames in, estimates out, one at a time.
+
+use super::clock::{Clock, Tick};
+use super::estimate::{Estimate, JointDecision, KcfReading, Observation, Status};
+use super::path::Memory;
+use super::view::View;
+use super::{Method, PaperTracker, RobustTracker, TrackerError, find_axis};
+use crate::calib::Sensor;
+use crate::frame::GrayFrame;
+use crate::imgproc::Raster;
+use crate::units::{PixelPoint, StripeAxis};
+
+/// For how long the same picture may come again before the camera must have stopped \[beats\]: recorders repeat pictures,
+/// since they are faster than their camera; those of real robots do so once, twice, not six times. Chosen.
+pub const FROZEN_AFTER_BEATS: f64 = 5.0;
+
+/// What a session needs to know.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SessionSettings {
+    /// Which method follows the seam.
+    pub method: Method,
+    /// How the stripe runs; found from the frames when it is not given.
+    pub axis: Option<StripeAxis>,
+    /// Where the seam is in the first frame that shows a stripe, in the picture; found when it is not given.
+    pub seed_at: Option<PixelPoint>,
+    /// What a pixel is.
+    pub sensor: Sensor,
+}
+
+impl SessionSettings {
+    /// By `method`, with all else found from the frames.
+    #[must_use]
+    pub const fn new(method: Method) -> Self {
+        Self { method, axis: None, seed_at: None, sensor: Sensor::Pixels }
+    }
+}
+
+/// A method at work on frames of which the stripe is horizontal. Its estimates are in the picture.
+pub trait Follow: Send {
+    /// The user knows where the seam is in the next frame, given with the stripe along the rows.
+    fn seed_at(&mut self, centre: PixelPoint);
+    /// One frame further, `axis` being how its stripe ran before it was turned.
+    fn step(&mut self, frame: &GrayFrame, axis: StripeAxis, tick: Tick) -> Result<Estimate, TrackerError>;
+    /// Time passes and nothing can be seen, for the reason `why`: the filter predicts.
+    fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError>;
+    /// Whether a picture that came before is to be looked at again.
+    fn looks_at_repeats(&self) -> bool;
+    /// The joint found last.
+    fn joint(&self) -> Option<&JointDecision>;
+}
+
+/// Finds the seam and follows it from frame to frame. A step does no input or output, and what a session remembers does
+/// not grow with the recording.
+pub struct Session {
+    follow: Box<dyn Follow>,
+    axis: Option<StripeAxis>,
+    seed_at: Option<PixelPoint>,
+    clock: Clock,
+    previous: Option<GrayFrame>,
+    last: Estimate,
+    /// The previous picture is not the last frame's: something was missed since.
+    is_stale: bool,
+    /// Time since the picture last changed, and that part of it the filter does not know yet \[beats\].
+    repeated_beats: f64,
+    held_beats: f64,
+}
+
+impl Session {
+    /// A session that has seen no frame.
+    ///
+    /// # Errors
+    /// When a setting is out of range.
+    pub fn new(settings: &SessionSettings) -> Result<Self, TrackerError> {
+        let follow: Box<dyn Follow> = match &settings.method {
+            Method::Paper(paper) => Box::new(PaperTracker::new(paper)?),
+            Method::Robust(robust) => Box::new(RobustTracker::new(robust, settings.sensor)?),
+        };
+        Ok(Self {
+            follow,
+            axis: settings.axis,
+            seed_at: settings.seed_at,
+            clock: Clock::default(),
+            previous: None,
+            last: Estimate::seeking(Observation::NoStripe),
+            is_stale: false,
+            repeated_beats: 0.0,
+            held_beats: 0.0,
+        })
+    }
+
+    /// How the stripe runs; none before a stripe was seen.
+    #[must_use]
+    pub const fn axis(&self) -> Option<StripeAxis> {
+        self.axis
+    }
+
+    /// The joint found last, if any. One that was lost is found again, and a recording may hold several.
+    #[must_use]
+    pub fn joint(&self) -> Option<&JointDecision> {
+        self.follow.joint()
+    }
+
+    /// Takes the next frame, stamped `stamp_s` \[s\]. All points of the estimate are image coordinates.
+    ///
+    /// A stamp that is no number, or not later than the one before, makes the frame a miss: when it was taken is not known
+    /// ([`Observation::BadStamp`]).
+    ///
+    /// # Errors
+    /// When the frame's size differs from the first one's, OpenCV fails, or a covariance breaks down; the last two do not
+    /// depend on what the frame shows.
+    pub fn step(&mut self, frame: &GrayFrame, stamp_s: f64) -> Result<Estimate, TrackerError> {
+        if let Some(previous) = &self.previous {
+            let (first, now) = (size_px(previous), size_px(frame));
+            if first != now {
+                return Err(TrackerError::FrameSize { first, now });
+            }
+        }
+        let tick = self.clock.tick(stamp_s);
+        let is_repeated = self.previous.as_ref() == Some(frame);
+        self.repeated_beats = if is_repeated { self.repeated_beats + tick.beats } else { 0.0 };
+        let is_frozen = is_repeated && (self.is_stale || self.repeated_beats > FROZEN_AFTER_BEATS);
+        let estimate = if is_frozen {
+            let beats = tick.beats + std::mem::take(&mut self.held_beats);
+            self.follow.miss(Tick { beats, ..tick }, Observation::Frozen)?
+        } else if !tick.stamp_is_good {
+            self.is_stale = true;
+            self.follow.miss(tick, Observation::BadStamp)?
+        } else if is_repeated && !self.follow.looks_at_repeats() {
+            self.held_beats += tick.beats;
+            self.repeat()
+        } else {
+            self.held_beats = 0.0;
+            self.is_stale = false;
+            self.look(frame, tick)?
+        };
+        if !is_repeated {
+            self.previous = Some(frame.clone());
+        }
+        self.last = Estimate { repeated: is_repeated, ..estimate };
+        Ok(self.last)
+    }
+
+    /// Says that the frame stamped `stamp_s` could not be read: the filter predicts through it.
+    ///
+    /// # Errors
+    /// When the model cannot be built for the time step.
+    pub fn miss(&mut self, stamp_s: f64) -> Result<Estimate, TrackerError> {
+        let tick = self.clock.tick(stamp_s);
+        self.is_stale = true;
+        self.last = self.follow.miss(tick, Observation::Unreadable)?;
+        Ok(self.last)
+    }
+
+    fn look(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
+        if self.axis.is_none() {
+            self.axis = find_axis(frame);
+        }
+        let Some(axis) = self.axis else { return self.follow.miss(tick, Observation::NoStripe) };
+        if let Some(centre) = self.seed_at.take() {
+            self.follow.seed_at(axis.stripe_from_image(centre));
+        }
+        match axis {
+            StripeAxis::Horizontal => self.follow.step(frame, axis, tick),
+            StripeAxis::Vertical => self.follow.step(&frame.transposed(), axis, tick),
+        }
+    }
+
+    /// The picture is that of the frame before: so is the estimate, and no time has passed for the seam.
+    fn repeat(&self) -> Estimate {
+        let kcf = self.last.kcf.map(|kcf| KcfReading { template_updated: false, ..kcf });
+        Estimate { kcf, memory: Memory { beats: 0.0, ..self.last.memory }, ..self.last }
+    }
+}
+
+/// Columns and rows.
+const fn size_px(frame: &GrayFrame) -> (usize, usize) {
+    (frame.width_px(), frame.height_px())
+}
+
+/// The view of a whole picture whose stripe runs along `axis`.
+pub const fn whole_picture(axis: StripeAxis) -> View {
+    View::new(axis, Raster::PICTURE)
+}
+
+/// The status of a seam that was followed when time passed unseen.
+pub const fn unseen(is_lost: bool) -> Status {
+    if is_lost { Status::Lost } else { Status::Coasting }
+}
