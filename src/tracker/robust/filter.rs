@@ -10,16 +10,22 @@ use super::part::{Part, Parts};
 use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
 
 /// Number of models, and the places of two of them.
-const MODELS: usize = 4;
-const FAST_BEND: usize = 2;
-const CORNER: usize = 3;
-/// White acceleration of the models \[px²/beat⁴\]: nearly straight, bending, bending fast, sharp corner. The first and the
-/// last from the prototype.
-const KINKS: [f64; MODELS] = [1e-7, 1e-5, 1e-5, 3e-2];
+const MODELS: usize = 3;
+const BEND: usize = 1;
+const CORNER: usize = 2;
+/// White acceleration of the models \[px²/beat⁴\]: nearly straight, bending, sharp corner. The first and the last from the
+/// prototype.
+const KINKS: [f64; MODELS] = [1e-7, 1e-5, 3e-2];
 /// SD of their lasting acceleration \[px/beat²\] and how long a bend lasts \[beats\]. Chosen: the bends of sines and
-/// S-curves of some 40 px and 100 frames, and of the same in pictures twice as large with a camera half as fast; in the
-/// others it plays no part.
-const BENDS: [(f64, f64); MODELS] = [(1e-4, 1.0), (0.15, 15.0), (0.8, 15.0), (1e-2, 1.0)];
+/// S-curves of some 40 px and 100 frames; in the others it plays no part.
+const BENDS: [(f64, f64); MODELS] = [(1e-4, 1.0), (0.15, 15.0), (1e-2, 1.0)];
+/// A bend turns the path: the faster the seam, the larger its acceleration. SD of the acceleration as a share of the speed
+/// \[1/beat\], and for how long a speed counts, since a sine bends most where it stands still: what is left of it after a
+/// beat. Chosen: the speed changes by itself within some ten beats.
+const BEND_PER_SPEED: f64 = 0.07;
+const SPEED_MEMORY: f64 = 0.97;
+/// Largest such SD \[px/beat²\]. Chosen.
+const MOST_BEND: f64 = 2.0;
 /// Process noise that the smoother's fit starts from \[px²/beat⁴\].
 pub const PROCESS_NOISE: f64 = 2e-4;
 /// Probability that a model stays for a beat. Prototype.
@@ -48,19 +54,20 @@ pub fn model(q: f64, white_variance_px2: f64, colour_scale: f64) -> Result<Colou
         .with_velocity_variance(START_VELOCITY_VARIANCE)
 }
 
-fn spaces(noise: f64, beats: f64, parts: Parts) -> Result<[StateSpace<4, 1>; MODELS], InvalidParameter> {
+fn spaces(noise: f64, speed: f64, beats: f64, parts: Parts) -> Result<[StateSpace<4, 1>; MODELS], InvalidParameter> {
     let colour_scale = if parts.has(Part::ColouredNoise) { noise } else { 0.0 };
+    let speed = if parts.has(Part::FastBends) { speed } else { 0.0 };
     let space = |i: usize| {
-        let i = if i == CORNER && !parts.has(Part::Corners) { 1 } else { i };
-        let i = if i == FAST_BEND && !parts.has(Part::FastBends) { 1 } else { i };
+        let i = if i == CORNER && !parts.has(Part::Corners) { BEND } else { i };
         let (kinks, (bend, bend_beats)) = match i {
-            1 | FAST_BEND if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
+            BEND if !parts.has(Part::Bends) => (PROCESS_NOISE, BENDS[0]),
             _ => (KINKS[i], BENDS[i]),
         };
+        let bend = if i == BEND { (BEND_PER_SPEED * speed).clamp(bend, MOST_BEND) } else { bend };
         let measured = model(kinks, 1.0, colour_scale)?;
         Bending::new(measured, bend.powi(2), bend_beats)?.state_space(beats)
     };
-    Ok([space(0)?, space(1)?, space(FAST_BEND)?, space(CORNER)?])
+    Ok([space(0)?, space(BEND)?, space(CORNER)?])
 }
 
 /// Position, velocity, acceleration and coloured noise under several models.
@@ -68,6 +75,8 @@ fn spaces(noise: f64, beats: f64, parts: Parts) -> Result<[StateSpace<4, 1>; MOD
 pub struct SeamFilter {
     imm: Imm<4, MODELS>,
     noise: f64,
+    /// The speed that bends are made of \[px/beat\].
+    speed: f64,
     parts: Parts,
     spaces: [StateSpace<4, 1>; MODELS],
 }
@@ -89,7 +98,8 @@ impl SeamFilter {
         let mut P = SMatrix::from_diagonal(&variances);
         (P[(0, 3)], P[(3, 0)]) = (-colour_px2, -colour_px2);
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], P)?;
-        Ok(Self { imm: Imm::new(start, STAY)?, noise, parts, spaces: spaces(noise, 1.0, parts)? })
+        let speed = velocity_px.abs();
+        Ok(Self { imm: Imm::new(start, STAY)?, noise, speed, parts, spaces: spaces(noise, speed, 1.0, parts)? })
     }
 
     /// The scale of the measurements' noise.
@@ -107,7 +117,8 @@ impl SeamFilter {
     /// # Errors
     /// When `beats` is not positive.
     pub fn predict(&mut self, beats: f64) -> Result<(), InvalidParameter> {
-        self.spaces = spaces(self.noise, beats, self.parts)?;
+        self.speed = self.imm.output().x[1].abs().max(SPEED_MEMORY.powf(beats) * self.speed);
+        self.spaces = spaces(self.noise, self.speed, beats, self.parts)?;
         self.imm = self.imm.predict_over(&self.spaces, beats);
         Ok(())
     }

@@ -19,7 +19,7 @@ pub enum Part {
     NoiseScale,
     /// The lasting acceleration of the middle model.
     Bends,
-    /// The model for bends of fast seams.
+    /// Bends that grow with the seam's speed.
     FastBends,
     /// The model for sharp corners.
     Corners,
