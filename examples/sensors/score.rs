@@ -3,7 +3,7 @@
 use anyhow::{Context, Result};
 use seamtrack::config::Config;
 use seamtrack::eval::{Errors, Estimate, WRONG_MM, errors};
-use seamtrack::regress::follow_with;
+use seamtrack::regress::{Coordinate, follow_with, truth_px};
 use seamtrack::synth::Scene;
 use seamtrack::tracker::Tracker;
 
@@ -35,6 +35,8 @@ pub struct Outcome {
     pub causal: Option<Errors>,
     /// Errors of the smoothed path.
     pub smoothed: Option<Errors>,
+    /// Errors of the height.
+    pub height: Option<Errors>,
 }
 
 impl Outcome {
@@ -65,8 +67,7 @@ pub fn tracked(recording: Recording) -> Result<Outcome> {
         let lane = lanes.iter().find(|lane| lane.name == name);
         lane.map(|lane| lane.estimates.as_slice()).with_context(|| format!("the tracker has no path {name:?}"))
     };
-    let truth: Vec<Option<f64>> =
-        (0..scene.frame_count()).map(|i| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam))).collect();
+    let truth = truth_px(&scene, Coordinate::Along);
     let scale = scenario.mm_per_px;
     let causal = lane("filtered")?;
     let smoothed = errors(lane("smoothed")?, &truth, scale);
@@ -82,6 +83,7 @@ pub fn tracked(recording: Recording) -> Result<Outcome> {
         unavailable: missing as f64 / late.count().max(1) as f64,
         causal: errors(causal, &truth, scale),
         smoothed,
+        height: errors(lane("height")?, &truth_px(&scene, Coordinate::Across), scale),
         recording,
     })
 }

@@ -1,5 +1,6 @@
 //! The campaign as tables of Markdown.
 
+use seamtrack::eval::Errors;
 use seamtrack::synth::scenario::{Joint, Scenario};
 
 use crate::draw::{KINDS, LIGHTS, Recording, peak_speed_px};
@@ -9,7 +10,7 @@ use crate::visible::Unseen;
 /// Classes of picture sizes: name, and the pixels up to which it goes \[million\].
 const SIZES: [(&str, f64); 3] = [("to 0.5 MP", 0.5), ("to 1.5 MP", 1.5), ("larger", f64::INFINITY)];
 
-const HEAD: &str = "| | recordings | pass | with wrong values: causal / smoothed | far values | right kind | unavailable %: median / worst | mean error px: median / worst | mean error mm: median | smoothed px: median | in 2σ |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+const HEAD: &str = "| | recordings | pass | with wrong values: causal / smoothed | far values | right kind | unavailable %: median / worst | mean error px: median / worst | mean error mm: median | smoothed px: median | in 2σ | height px: median | height in 2σ |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// Joint by size, then light, then all.
 pub fn summary(outcomes: &[Outcome]) -> String {
@@ -135,12 +136,11 @@ fn joint(joint: &Joint) -> String {
 fn line(name: &str, outcomes: &[&Outcome]) -> String {
     let count = |is: fn(&Outcome) -> bool| outcomes.iter().filter(|outcome| is(outcome)).count();
     let of = |figure: fn(&Outcome) -> Option<f64>| outcomes.iter().filter_map(|outcome| figure(outcome)).collect();
+    let errors = |of: fn(&Outcome) -> Option<Errors>| outcomes.iter().filter_map(|o| of(o)).collect::<Vec<Errors>>();
     let (unavailable, mean_px): (Vec<f64>, Vec<f64>) =
         (of(|o| Some(100.0 * o.unavailable)), of(|o| Some(o.px(o.causal?.mae_mm))));
-    let within: f64 = of(|o| o.causal.and_then(|e| Some(e.coverage_2sigma? * e.frames as f64))).iter().sum();
-    let claims: f64 = of(|o| o.causal.and_then(|e| e.coverage_2sigma.map(|_| e.frames as f64))).iter().sum();
     format!(
-        "| {name} | {} | {} | {} / {} | {} | {} | {} / {} | {} / {} | {} | {} | {} |\n",
+        "| {name} | {} | {} | {} / {} | {} | {} | {} / {} | {} / {} | {} | {} | {} | {} | {} |\n",
         outcomes.len(),
         count(Outcome::passed),
         count(|o| o.wrong > 0),
@@ -153,8 +153,17 @@ fn line(name: &str, outcomes: &[&Outcome]) -> String {
         cell(worst(&mean_px), 2),
         cell(median(&of(|o| Some(o.causal?.mae_mm))), 3),
         cell(median(&of(|o| Some(o.px(o.smoothed?.mae_mm)))), 2),
-        cell((claims > 0.0).then(|| within / claims), 2),
+        cell(coverage(&errors(|o| o.causal)), 2),
+        cell(median(&of(|o| Some(o.px(o.height?.mae_mm)))), 2),
+        cell(coverage(&errors(|o| o.height)), 2),
     )
+}
+
+/// Share of all the frames that lie within 2σ, where a σ is stated.
+fn coverage(errors: &[Errors]) -> Option<f64> {
+    let claims = || errors.iter().filter_map(|e| Some((e.coverage_2sigma?, e.frames as f64)));
+    let frames: f64 = claims().map(|(_, frames)| frames).sum();
+    (frames > 0.0).then(|| claims().map(|(share, frames)| share * frames).sum::<f64>() / frames)
 }
 
 fn median(values: &[f64]) -> Option<f64> {
