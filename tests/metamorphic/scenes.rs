@@ -12,10 +12,6 @@ use seamtrack::units::{MmPerPx, StripeAxis};
 /// Joint and light.
 pub const SCENES: [&str; 6] =
     ["butt, mild", "lap, mild", "vgroove, medium", "fillet, medium", "butt, medium", "hairline, clean"];
-/// Those whose joint is no hairline.
-pub const WITH_EDGES_OR_CORNER: [&str; 5] =
-    ["butt, mild", "lap, mild", "vgroove, medium", "fillet, medium", "butt, medium"];
-
 /// Length of a recording at the nominal frame rate.
 const FRAMES: usize = 60;
 /// Fixed in advance.
