@@ -40,8 +40,6 @@ impl Base {
 
 /// Blur of an edge along the stripe by the optics, standard deviation \[px\] (chosen: a lens with a good focus).
 const EDGE_BLUR_PX: f64 = 0.7;
-/// Length over which bent edges droop \[px\] (chosen).
-const BENT_LENGTH_PX: f64 = 11.0;
 /// Width of a V-groove's flanks relative to the plates' stripe: read off a real frame.
 const FLANK_WIDTH: f64 = 0.75;
 
@@ -138,7 +136,7 @@ impl Frame<'_> {
         let half_hi_lo = 0.5 * joint.hi_lo_px.at(self.fraction);
         let left = self.u - half_gap + self.ragged[0];
         let right = self.u + half_gap + self.ragged[1];
-        let droop = |distance: f64| joint.bent_edge_px * (-distance.max(0.0) / BENT_LENGTH_PX).exp();
+        let droop = |distance: f64| joint.bent_edge_px * (-distance.max(0.0) / joint.bent_length_px).exp();
         vec![
             self.branch(|x| (self.base.at(x) + half_hi_lo + droop(left - x), self.gains[0] * beyond(left - x), 1.0)),
             self.branch(|x| (self.base.at(x) - half_hi_lo + droop(x - right), self.gains[1] * beyond(x - right), 1.0)),
