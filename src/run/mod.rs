@@ -20,7 +20,9 @@ use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
-use crate::tracker::{Estimate, Evidence, JointDecision, SeamPath, Session, SessionSettings, TrackerError};
+use crate::tracker::{
+    Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
+};
 use crate::units::{PixelPoint, StripeAxis};
 
 /// Frames that are decoded ahead of the tracker.
@@ -215,7 +217,7 @@ impl<'a> Run<'a> {
                 self.track_ms.push(began.elapsed().as_secs_f64() * 1e3);
                 self.path.push(&estimate);
                 let frame = self.rows.len();
-                self.joints.extend(self.session.joint().filter(|joint| joint.frame == frame).cloned());
+                self.take_joint(frame);
                 Some(estimate)
             }
         };
@@ -231,6 +233,15 @@ impl<'a> Run<'a> {
         self.rows.push(row);
         self.marks.push(marks);
         Ok(())
+    }
+
+    /// Writes down a joint that was found in this frame, or what is known of it now.
+    fn take_joint(&mut self, frame: usize) {
+        match (self.session.joint(), self.joints.last_mut()) {
+            (Some(joint), _) if joint.frame == frame => self.joints.push(joint.clone()),
+            (Some(joint), Some(last)) if joint.frame == last.frame => last.clone_from(joint),
+            _ => {}
+        }
     }
 
     /// Refuses a seed outside the frames, whose size the first readable one tells.
@@ -270,6 +281,9 @@ impl<'a> Run<'a> {
             RowStatus::Lost => counts.lost += 1,
             RowStatus::Unreadable => counts.unreadable += 1,
         }
+        let is = |what| estimate.is_some_and(|estimate| estimate.observation == what);
+        counts.frozen += usize::from(is(Observation::Frozen));
+        counts.bad_stamps += usize::from(is(Observation::BadStamp));
         counts.repeated += usize::from(estimate.is_some_and(|e| e.repeated));
         counts.saturated += usize::from(picture.is_some_and(is_saturated));
     }
