@@ -19,10 +19,11 @@ const FIRST_GAP_SD_PX: f64 = 8.0;
 /// Weight and SD of the prior on the middle. Prototype: weak, so that the fit follows a moving seam.
 const POSITION_WEIGHT: f64 = 0.4;
 const POSITION_SD_PX: f64 = 4.0;
-/// Columns left out on either side of the gap when the sides' lines are fitted \[px\]: bent edges droop over tens of px,
-/// and the lines are to be those of the plates. Tuned: the row of a butt joint whose edges droop by 3.5 px is off by 1.1 px
-/// with 5, .4 with 24.
-const EDGE_MARGIN_PX: f64 = 32.0;
+/// Columns left out on either side of the gap when the sides' lines are fitted \[px\]. A butt joint's bent edges droop over
+/// tens of px, and the lines are to be those of the plates. Tuned: the row of a butt joint whose edges droop by 3.5 px is off
+/// by 1.1 px with 5, .4 with 24.
+const EDGE_MARGIN_BUTT_PX: f64 = 28.0;
+const EDGE_MARGIN_LAP_PX: f64 = 5.0;
 /// Variance of the row that a droop may still be hidden in \[px²\]. Measured on the same scenes.
 const DROOP_VARIANCE_PX2: f64 = 0.06;
 /// Fewest columns of a side, and of the stretch round the gap.
@@ -61,7 +62,11 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
     let first_gap_px = if model.kind == JointKind::Butt { FIRST_GAP_BUTT_PX } else { FIRST_GAP_LAP_PX };
     let gap_px = model.gap_px.unwrap_or(first_gap_px);
     let gap_sd_px = if model.gap_px.is_some() { GAP_SD_PX } else { FIRST_GAP_SD_PX };
-    let margin_px = 0.5 * gap_px + EDGE_MARGIN_PX;
+    let (edge_margin_px, droop_px2) = match model.kind {
+        JointKind::Butt => (EDGE_MARGIN_BUTT_PX, DROOP_VARIANCE_PX2),
+        _ => (EDGE_MARGIN_LAP_PX, 0.0),
+    };
+    let margin_px = 0.5 * gap_px + edge_margin_px;
     let window = columns(frame, u_px, HALF_WINDOW_PX);
     let sides = [
         (window.start..((u_px - margin_px).ceil().max(0.0) as usize).max(window.start), model.left),
@@ -95,7 +100,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         free_slopes: [left.free_slope, right.free_slope],
         support: left.support.min(right.support),
         residual_px: left.residual_px.max(right.residual_px),
-        across_variance_px2: 0.25 * (left.variance_px2 + right.variance_px2) + DROOP_VARIANCE_PX2,
+        across_variance_px2: 0.25 * (left.variance_px2 + right.variance_px2) + droop_px2,
         edges: Some(EdgeQuality { gap_px: found.right_du - found.left_du, cost: found.cost, margin: found.margin }),
         plates: [None, None],
     })

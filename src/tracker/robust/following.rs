@@ -167,7 +167,7 @@ impl Following {
             Eye::Hairline(eye) => eye.look(frame),
         };
         let outcome = match seen {
-            Ok(sighting) => self.judge_sighting(sighting, noise, is_lost)?,
+            Ok(sighting) => self.judge_sighting(sighting, &reading, noise, is_lost)?,
             Err(unsighted) => self.do_without(frame, unsighted, beats, is_lost, &reading)?,
         };
         self.take_over(&outcome)?;
@@ -206,10 +206,18 @@ impl Following {
     }
 
     /// The frame shows the seam: it goes into the filter, or is refused.
-    fn judge_sighting(&mut self, sighting: Sighting, noise: f64, is_lost: bool) -> Result<Outcome, TrackerError> {
+    fn judge_sighting(
+        &mut self,
+        sighting: Sighting,
+        kcf: &KcfReading,
+        noise: f64,
+        is_lost: bool,
+    ) -> Result<Outcome, TrackerError> {
         let measured = sighting.measured(noise);
         let (u_px, variance_px2) = measured.along;
-        let (nis, verdict) = self.judge.sighted(u_px, variance_px2, sighting.clear, is_lost)?;
+        let away_px = (kcf.peak.u_px - self.kcf_bias_px - u_px).abs();
+        let witness = (kcf.psr_ratio >= LEAST_PSR_RATIO).then_some(away_px);
+        let (nis, verdict) = self.judge.sighted(u_px, variance_px2, witness, sighting.clear, is_lost)?;
         let (used_px2, restarted) = match verdict {
             Verdict::Taken(used_px2) => (used_px2, false),
             Verdict::Restarted(used_px2) => (used_px2, true),
