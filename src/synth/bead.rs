@@ -33,9 +33,8 @@ impl Beads<'_> {
         let surface = |(number, bead): (u64, &Bead)| {
             let noise = |kind: u64| SmoothNoise::new(self.seed, Component::Beads, 8 * number + kind);
             let wander = |kind: u64| bead.wander_px * f64::from(noise(kind).at(time / WANDER_FRAMES, 0.0, 0.0));
-            let ripple = RIPPLE_SHARE
-                * bead.wander_px
-                * f64::from(noise(3).at(t / RIPPLE_PX, time / RIPPLE_FRAMES, 0.0));
+            let ripple =
+                RIPPLE_SHARE * bead.wander_px * f64::from(noise(3).at(t / RIPPLE_PX, time / RIPPLE_FRAMES, 0.0));
             let half_width = (bead.half_width_px + wander(2)).max(2.0);
             let s = (t - bead.beside_px - wander(1)).abs() / half_width;
             let side = s.min(1.0);

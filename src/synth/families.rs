@@ -16,11 +16,12 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 38] = families![
+const FAMILIES: [(&str, &str); 39] = families![
     "marks-dark",
     "marks-bright",
     "slag",
     "hole",
+    "bar-dark",
     "bar-bright",
     "scratch",
     "spatter-stuck",
@@ -87,8 +88,7 @@ struct Family {
 
 impl Family {
     fn read(name: &str, text: &str) -> Result<Self, ScenarioError> {
-        toml::from_str(text)
-            .map_err(|error| ScenarioError::Parse { file: name.to_owned(), message: error.to_string() })
+        toml::from_str(text).map_err(|error| ScenarioError::Parse { file: name.to_owned(), message: error.to_string() })
     }
 }
 

@@ -4,9 +4,9 @@
 //! one by one, in any order, on any thread, with the same bytes.
 
 mod arc;
+mod base;
 mod bead;
 pub mod builtin;
-mod base;
 mod canvas;
 mod draw;
 pub mod families;

@@ -78,7 +78,8 @@ fn between<'a>(first: &'a Joint, second: &'a Joint, share: f64, fraction: f64) -
 fn bevelled<'a>(butt: &Butt, groove: &Vgroove, share: f64, fraction: f64) -> Prepared<'a> {
     let mix = |a: Ramp, b: Ramp| Ramp::Constant(a.at(fraction) + (b.at(fraction) - a.at(fraction)) * share);
     let joint = Joint::Vgroove(Vgroove {
-        half_width_px: (share * groove.half_width_px).max(LEAST_BEVEL_PX) + 0.5 * butt.gap_px.at(fraction) * (1.0 - share),
+        half_width_px: (share * groove.half_width_px).max(LEAST_BEVEL_PX)
+            + 0.5 * butt.gap_px.at(fraction) * (1.0 - share),
         depth_px: share * groove.depth_px,
         root_gap_px: mix(butt.gap_px, groove.root_gap_px),
         hi_lo_px: mix(butt.hi_lo_px, groove.hi_lo_px),

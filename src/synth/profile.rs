@@ -235,8 +235,10 @@ impl Frame<'_> {
                 (self.base.at(x) + plate + slope * softplus(inward, 0.8), gain, 1.0 + (FLANK_WIDTH - 1.0) * flank)
             })
         };
-        let flanks =
-            vec![side(0, self.u + self.ragged[0], 1.0, half_hi_lo), side(1, self.u + self.ragged[1], -1.0, -half_hi_lo)];
+        let flanks = vec![
+            side(0, self.u + self.ragged[0], 1.0, half_hi_lo),
+            side(1, self.u + self.ragged[1], -1.0, -half_hi_lo),
+        ];
         match self.beads {
             None => flanks,
             Some(beads) => self.filled(flanks, beads),
@@ -245,12 +247,12 @@ impl Frame<'_> {
 
     /// A groove whose beads hide what lies below them.
     fn filled(&self, mut flanks: Vec<Branch>, beads: Beads) -> Vec<Branch> {
-        let bead = |x: f64| beads.at(x - self.u).map_or((f64::INFINITY, 0.0), |(below, gain)| (self.base.at(x) + below, gain));
+        let bead =
+            |x: f64| beads.at(x - self.u).map_or((f64::INFINITY, 0.0), |(below, gain)| (self.base.at(x) + below, gain));
         // The groove without its root gap, through which nothing is seen from above a bead.
         let groove = |x: f64, flanks: &[Branch]| f64::from(flanks[usize::from(x >= self.u)].row_px[x as usize]);
-        let over: Vec<f64> = (0..self.base.columns)
-            .map(|x| beyond(groove(x as f64, &flanks) - bead(x as f64).0))
-            .collect();
+        let over: Vec<f64> =
+            (0..self.base.columns).map(|x| beyond(groove(x as f64, &flanks) - bead(x as f64).0)).collect();
         let visible = self.branch(|x| {
             let (row, gain) = bead(x);
             (row, self.gains[usize::from(x >= self.u)] * gain * over[x as usize], 1.05)

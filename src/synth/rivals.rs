@@ -8,8 +8,10 @@ use crate::units::PixelPoint;
 /// Length over which a reflection comes and goes \[px, frames\] (chosen: rolled sheet).
 const PATCH_PX: f64 = 18.0;
 const PATCH_FRAMES: f64 = 7.0;
-/// Length over which a reflection's ends fade, relative to its own (chosen).
-const FADE_SHARE: f64 = 0.12;
+/// Lengths over which a reflection begins and fades, relative to its own (chosen: brightest at the corner, where the
+/// plates are close).
+const BEGIN_SHARE: f64 = 0.08;
+const FADE_SHARE: f64 = 0.6;
 
 /// The reflection of one plate in the other, beside a seam.
 pub(super) fn reflection(
@@ -25,10 +27,10 @@ pub(super) fn reflection(
         SeamSide::Left => -1.0,
         SeamSide::Right => 1.0,
     };
-    let fade = (FADE_SHARE * reflection.length_px).max(1.0);
+    let [begin, fade] = [BEGIN_SHARE, FADE_SHARE].map(|share| (share * reflection.length_px).max(1.0));
     branch(columns, |x| {
         let out = sign * (x - seam.u_px) - reflection.from_px;
-        let ends = (out / fade).clamp(0.0, 1.0) * ((reflection.length_px - out) / fade).clamp(0.0, 1.0);
+        let ends = (out / begin).clamp(0.0, 1.0) * ((reflection.length_px - out) / fade).clamp(0.0, 1.0);
         let patch = reflection.patchiness * f64::from(patches.at(out / PATCH_PX, tick / PATCH_FRAMES, 0.0));
         let row = seam.v_px + reflection.below_px + reflection.slope * out;
         (row, reflection.strength * ends * patch.exp(), reflection.width)

@@ -198,8 +198,7 @@ impl Scene {
         let s = &self.drawn.scenario;
         let (base, fraction, tick) = (self.base(moment), self.fraction(moment), moment.plates_tick as f64);
         let joint = if self.has_joint(moment) { self.prepared(moment) } else { Prepared::flat() };
-        let mut branches =
-            branches(&self.drawn, &joint, self.tack_at(moment), &base, moment, fraction, self.seed);
+        let mut branches = branches(&self.drawn, &joint, self.tack_at(moment), &base, moment, fraction, self.seed);
         if s.plates.shape != Shape::default() {
             for branch in &mut branches {
                 branch.gain.iter_mut().enumerate().for_each(|(x, gain)| *gain *= base.light(x as f64) as f32);

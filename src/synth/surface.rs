@@ -112,7 +112,9 @@ impl Surface {
         let near: Vec<&Mark> = self
             .placed
             .iter()
-            .filter(|mark| (y_px - mark.y_px).abs() < 1.5 * mark.half_length_px + 3.0 * self.scatters[mark.kind].edge_px)
+            .filter(|mark| {
+                (y_px - mark.y_px).abs() < 1.5 * mark.half_length_px + 3.0 * self.scatters[mark.kind].edge_px
+            })
             .collect();
         let bars = self.scatters.iter().any(|scatter| scatter.form == MarkForm::Bar);
         if near.is_empty() && !bars && self.finish.scale <= 0.0 && self.finish.grinding <= 0.0 {

@@ -214,7 +214,8 @@ impl Plates {
         }
         let s = &self.shape;
         let round = |radius: Option<f64>| radius.is_none_or(|r| within(r.abs(), 100.0, 1e6));
-        if !(round(s.radius_px) && round(s.left_radius_px) && round(s.right_radius_px) && within(s.axis_px, -1e3, 1e3)) {
+        if !(round(s.radius_px) && round(s.left_radius_px) && round(s.right_radius_px) && within(s.axis_px, -1e3, 1e3))
+        {
             return Some("plates.shape: radii are at least 100 in size, axis_px lies in ±1000");
         }
         if !(within(s.bend, -1.0, 1.0)

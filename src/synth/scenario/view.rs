@@ -161,9 +161,7 @@ impl View {
             return Some("view.dirt: spots lie in 0..500, radius_px in 1..500, transmission in 0..1, glow in 0..2");
         }
         if !self.dead.iter().all(|d| {
-            share(d.along)
-                && (1..=500).contains(&d.along_px)
-                && d.across_px.is_none_or(|px| (1..=4096).contains(&px))
+            share(d.along) && (1..=500).contains(&d.along_px) && d.across_px.is_none_or(|px| (1..=4096).contains(&px))
         }) {
             return Some("view.dead: along lies in 0..1, along_px in 1..500, across_px in 1..4096");
         }
@@ -173,7 +171,9 @@ impl View {
                 && within(g.transmission, 0.0, 1.0)
                 && within(g.edge_px, 0.3, 200.0)
         }) {
-            return Some("view.line_gaps: along and transmission lie in 0..1, width_px in 1..1000, edge_px in 0.3..200");
+            return Some(
+                "view.line_gaps: along and transmission lie in 0..1, width_px in 1..1000, edge_px in 0.3..200",
+            );
         }
         if !self.shadows.iter().all(|s| {
             s.along.is_none_or(|along| within(along, -2.0, 3.0))
@@ -181,7 +181,9 @@ impl View {
                 && within(s.transmission, 0.0, 1.0)
                 && within(s.edge_px, 0.3, 1000.0)
         }) {
-            return Some("view.shadows: along lies in -2..3, px_per_frame in ±100, transmission in 0..1, edge_px in 0.3..1000");
+            return Some(
+                "view.shadows: along lies in -2..3, px_per_frame in ±100, transmission in 0..1, edge_px in 0.3..1000",
+            );
         }
         (!self.cables.iter().all(|c| {
             within(c.width_px, 1.0, 500.0)
