@@ -161,7 +161,11 @@ fn write_text(file: &Path, text: &str) -> Result<(), RecordingError> {
 }
 
 fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), RecordingError> {
-    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px\n");
+    // Further columns only where there is something to say: older recordings keep their bytes.
+    let (beads, second) = (!scenario.plates.beads.is_empty(), scenario.rivals.second_seam.is_some());
+    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px");
+    text += if beads { ",bead_left_px,bead_right_px" } else { "" };
+    text += if second { ",second_px\n" } else { "\n" };
     let along = |i: usize| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
     let origin_px = (0..scene.frame_count()).find_map(along).unwrap_or(0.0);
     for i in 0..scene.frame_count() {
@@ -174,7 +178,15 @@ fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), Re
             },
         );
         let gap = truth.gap_px.map_or_else(String::new, |gap_px| format!("{gap_px:.3}"));
-        text += &format!("{i},{seam},{},{gap}\n", u8::from(truth.occluded));
+        text += &format!("{i},{seam},{},{gap}", u8::from(truth.occluded));
+        if beads {
+            text +=
+                &truth.bead_toes_px.map_or_else(|| ",,".to_owned(), |[left, right]| format!(",{left:.3},{right:.3}"));
+        }
+        if second {
+            text += &truth.second.map_or_else(|| ",".to_owned(), |p| format!(",{:.4}", scene.axis().along_px(p)));
+        }
+        text.push('\n');
     }
     write_text(file, &text)
 }

@@ -205,6 +205,39 @@ const fn tack_half_width() -> f64 {
     26.0
 }
 
+/// A change of the joint's preparation: another gap, another width, or a butt joint's edges bevelled to a V-groove.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Change {
+    /// First camera frame of the change.
+    pub from_frame: usize,
+    /// Frames it takes, 1 to 100 000. Default 20, chosen: a plate's bevel runs out over some centimetres.
+    #[serde(default = "twenty")]
+    pub over_frames: usize,
+    /// The joint behind it: of the same kind, or a V-groove behind a butt joint, or a butt joint behind a V-groove.
+    pub joint: Joint,
+}
+
+const fn twenty() -> usize {
+    20
+}
+
+impl Change {
+    /// What is wrong with the change from `first`, if anything.
+    pub(super) fn problem(&self, first: &Joint) -> Option<&'static str> {
+        use Joint::{Butt, Fillet, Lap, Vgroove};
+        if !(1..=100_000).contains(&self.over_frames) {
+            return Some("change: over_frames lie in 1..100000");
+        }
+        match (first, &self.joint) {
+            (Butt(_) | Vgroove(_), Butt(_) | Vgroove(_)) | (Lap(_), Lap(_)) | (Fillet(_), Fillet(_)) => {
+                self.joint.problem()
+            }
+            _ => Some("change: the joint is of the same kind, or one is a butt joint and one a V-groove"),
+        }
+    }
+}
+
 impl Joint {
     /// What is wrong with the joint, if anything.
     pub(super) fn problem(&self) -> Option<&'static str> {
