@@ -251,7 +251,8 @@ fn is_empty(folder: &Path) -> io::Result<bool> {
 
 /// The first entry of a folder by name, but for what runs keep for themselves.
 fn first_entry(folder: &Path) -> io::Result<Option<PathBuf>> {
-    let paths = std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
+    let paths =
+        std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
     let is_private = |path: &PathBuf| listing::PRIVATE.iter().any(|name| path.ends_with(name));
     Ok(paths.into_iter().filter(|path| !is_private(path)).min())
 }

@@ -88,7 +88,9 @@ pub fn is_in(folder: &Path) -> bool {
 /// Whether `name` in `folder` is listed and unchanged since.
 #[must_use]
 pub fn proves(folder: &Path, name: &str) -> bool {
-    read(folder).and_then(|listing| listing.files.get(name).copied()).is_some_and(|proof| proof.holds(&folder.join(name)))
+    read(folder)
+        .and_then(|listing| listing.files.get(name).copied())
+        .is_some_and(|proof| proof.holds(&folder.join(name)))
 }
 
 /// The first thing in `folder` that is not proven ours: not listed, changed since, a link, or anything but a file or
@@ -177,8 +179,7 @@ fn walk(
         // A name that is no UTF-8 is none of ours: it cannot be listed, so its replacement characters stand for it.
         let name = format!("{prefix}{}", own_name.to_string_lossy());
         let is_folder = entry.file_type()?.is_dir();
-        if !visit(&name, &entry.path(), is_folder)?
-            || (is_folder && !walk(&entry.path(), &format!("{name}/"), visit)?)
+        if !visit(&name, &entry.path(), is_folder)? || (is_folder && !walk(&entry.path(), &format!("{name}/"), visit)?)
         {
             return Ok(false);
         }

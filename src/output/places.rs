@@ -12,7 +12,8 @@ use super::system::{Identity, identity};
 /// When a link on the way leads nowhere, or the working directory is gone.
 pub fn resolve(path: &Path) -> Result<PathBuf, OutputError> {
     let failed = OutputError::write;
-    let mut resolved = if path.is_absolute() { PathBuf::new() } else { std::env::current_dir().map_err(failed(path))? };
+    let mut resolved =
+        if path.is_absolute() { PathBuf::new() } else { std::env::current_dir().map_err(failed(path))? };
     for component in path.components() {
         match component {
             Component::CurDir => {}
@@ -81,9 +82,7 @@ impl Claims {
     /// When another has it.
     pub fn claim(&mut self, target: &Path, job: &str) -> Result<(), OutputError> {
         match self.0.insert(resolve(target)?, job.to_owned()) {
-            Some(first) => {
-                Err(OutputError::Shared { first, second: job.to_owned(), target: target.to_owned() })
-            }
+            Some(first) => Err(OutputError::Shared { first, second: job.to_owned(), target: target.to_owned() }),
             None => Ok(()),
         }
     }
