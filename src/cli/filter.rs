@@ -25,6 +25,9 @@ use super::say;
 /// Frames the start's noise statistics count for in the printed equations: with 0 every matrix is lost at once.
 const LITERAL_START_FRAMES: u32 = 20;
 
+/// Lines that are fitted in seconds; of more, the user is told.
+const QUICK_FIT_LINES: usize = 20_000;
+
 /// Filter and smooth any measured series with the model of a paper
 ///
 /// The series is a CSV with the columns time_s,z1 and, for coloured-process and adaptive, z2 (the change of z1 since
@@ -77,6 +80,9 @@ impl Filter {
         reads.refuse(&folder, "-o")?;
         let results = WholeFolder::begin(&folder, Existing::forced(self.force))?;
         let series = Measurements::read(&self.input)?;
+        if self.fit && series.time_s.len() > QUICK_FIT_LINES {
+            say::tell(&format!("fitting {} measurements takes minutes; a part of them may do", series.time_s.len()));
+        }
         let name = || self.input.display().to_string();
         let outcome = self.outcome(&series, &parameters).with_context(name)?;
         outcome.check_finite().with_context(name)?;

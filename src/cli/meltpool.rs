@@ -24,6 +24,7 @@ use serde_json::json;
 
 use super::drawing::{self, Drawing};
 use super::say;
+use super::signals::wait_if_ending;
 use super::track::{exit_code, is_copy_in, name_of, parse_percentage};
 use super::troubles::Troubles;
 use super::truth::TruthCopy;
@@ -142,6 +143,7 @@ impl Meltpool {
                     printed = printed.and(say::print(&text));
                 }
                 Err(error) => {
+                    wait_if_ending();
                     say::tell(&say::one_line(error.as_ref()));
                     failed += 1;
                 }

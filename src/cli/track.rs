@@ -24,6 +24,7 @@ use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
 use super::drawing::{self, Drawing};
+use super::signals::wait_if_ending;
 use super::troubles::Troubles;
 use super::truth::Truth;
 use super::{manifest, say};
@@ -37,7 +38,7 @@ pub struct Track {
     /// Folder for the results; one folder a recording in it when there are several [default: results/<name>]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// More recordings: a CSV with the columns input[,truth]
+    /// More recordings: a CSV with the columns input[,truth], with commas or semicolons
     #[arg(long, value_name = "FILE")]
     manifest: Option<PathBuf>,
     /// Recordings tracked at a time
@@ -46,13 +47,13 @@ pub struct Track {
     /// Configuration (TOML); `seamtrack config --print` shows every key
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Pipeline
+    /// Pipeline [default: robust]
     #[arg(long)]
     preset: Option<Preset>,
-    /// The joint to follow
+    /// The joint to follow [default: auto]
     #[arg(long)]
     joint: Option<Joint>,
-    /// Which way the stripe runs
+    /// Which way the stripe runs [default: auto]
     #[arg(long)]
     stripe: Option<Stripe>,
     /// The seam in the first frame, if you know better than the seed
@@ -133,6 +134,7 @@ impl Track {
                 |job| self.track_one(job, &config, false).map(|done| (done.available, say::print(&done.text)));
             jobs.par_iter().map(tracked).collect()
         });
+        wait_if_ending();
         let mut failed = 0;
         let mut all_available = true;
         let mut printed = Ok(());

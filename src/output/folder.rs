@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use super::unfinished::{self, Removal};
 use super::{OutputError, listing, places, system};
 
+/// Longest name that leaves room for `.seamtrack-part` within the 255 bytes of most file systems.
+const LONGEST_NAME_BYTES: usize = 230;
 /// Times that making the private folder is tried: another job may take away the empty folder above it.
 const GOES: usize = 5;
 
@@ -78,15 +80,14 @@ impl WholeFolder {
         }?;
         begun.clean()?;
         check(target, &resolved, existing)?;
-        std::fs::create_dir(&begun.part).map_err(OutputError::write(target))?;
         unfinished::note(&begun.part, Removal::Whole);
+        std::fs::create_dir(&begun.part).map_err(OutputError::write(target))?;
         Ok(begun)
     }
 
     /// The lock in `folder`, which is made if need be.
     fn within(resolved: &Path, folder: &Path, inside: bool, shown: &Path) -> Result<Self, OutputError> {
-        let name = resolved.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let prefix = if inside { String::new() } else { format!(".{name}") };
+        let prefix = if inside { String::new() } else { hidden_name(resolved) };
         let lock = folder.join(format!("{prefix}.seamtrack-lock"));
         let mut made = vec![];
         let mut went = 0;
@@ -203,6 +204,15 @@ impl Drop for WholeFolder {
         for path in self.made.iter().chain([&self.part, &self.lock]) {
             unfinished::forget(path);
         }
+    }
+}
+
+/// The target's name with a dot before it; of one that is too long for what comes behind it, or no UTF-8, its check sum.
+fn hidden_name(target: &Path) -> String {
+    let name = target.file_name().unwrap_or_default();
+    match name.to_str() {
+        Some(name) if name.len() <= LONGEST_NAME_BYTES => format!(".{name}"),
+        _ => format!(".{:08x}", crc32fast::hash(name.as_encoded_bytes())),
     }
 }
 
@@ -351,6 +361,18 @@ mod tests {
         }
         let error = write(&target, Existing::Replace, "new.csv").unwrap_err();
         assert!(error.to_string().contains("a/notes.txt is not of an earlier run"), "{error}");
+    }
+
+    #[test]
+    fn the_longest_name_that_a_folder_can_have_will_do() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("n".repeat(255));
+        write(&target, Existing::Keep, "old.csv").unwrap();
+        write(&target, Existing::Replace, "new.csv").unwrap();
+        assert_eq!(
+            (names(folder.path()).len(), names(&target)),
+            (1, vec![listing::FILE_NAME.into(), "new.csv".into()])
+        );
     }
 
     #[test]

@@ -208,7 +208,7 @@ mod tests {
     fn the_scale_of_sixteen_bits_comes_from_the_whole_recording() {
         let folder = tempfile::tempdir().unwrap();
         for n in 0..40_u16 {
-            let grey = if n < 20 { 4 } else { 4000 };
+            let grey = if n < 20 { 4_u16 } else { 4000 };
             let deep = image::ImageBuffer::from_pixel(12, 8, image::Luma([grey]));
             deep.save(folder.path().join(format!("{n:02}.png"))).unwrap();
         }

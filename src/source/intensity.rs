@@ -32,7 +32,7 @@ impl IntensityScale {
             black: 0.0,
             white: f64::from(scale.white),
             saturates: true,
-            rule: "16 bits: white is the end of the bit depth (8, 10, 12, 14, 16) that holds 99.9 % of the sampled pixels",
+            rule: "16 bits: white is the end of the bit depth (8, 10, 12, 14, 16) that holds 99.9 % of each sampled frame",
         }
     }
 

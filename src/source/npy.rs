@@ -13,7 +13,7 @@ use crate::frame::IntensityFrame;
 
 /// Frames, spread evenly over the stack, that its scale is taken from. Chosen: they meet the pool wherever it burns.
 const SCALE_FRAMES: u64 = 64;
-/// Most pixels of them: of larger frames every second, third … pixel is taken. Chosen: 32 MB.
+/// Most pixels of them: of larger frames every second, third … pixel is taken. Chosen: 32 MB, twice.
 const SCALE_PIXELS: u64 = 1 << 22;
 /// Part of the sampled floating-point pixels that may lie below black, and above white. Chosen: hot pixels are fewer.
 const BEYOND_SCALE: f64 = 0.001;
@@ -133,21 +133,22 @@ impl NpyStack {
         IntensityFrame::new(width_px, height_px, pixels).map_err(|error| failed(Box::new(error)))
     }
 
-    /// Finite pixels of frames spread over the stack.
-    fn sample(&self) -> io::Result<Vec<f64>> {
+    /// Finite pixels of frames spread over the stack, frame by frame.
+    fn sample(&self) -> io::Result<Vec<Vec<f64>>> {
         let (count, pixels) = (self.frames.min(SCALE_FRAMES), (self.size_px.0 * self.size_px.1) as u64);
         let every = (count * pixels).div_ceil(SCALE_PIXELS) as usize;
-        let mut sample = Vec::with_capacity((count * pixels) as usize / every + count as usize);
-        for i in 0..count {
-            let mut pixel = 0;
+        let of_frame = |i: u64| {
+            let mut sample = Vec::with_capacity((pixels as usize).div_ceil(every));
+            let mut pixel = 0_usize;
             self.each(i * self.frames / count, |value| {
-                if pixel % every == 0 && value.is_finite() {
+                if pixel.is_multiple_of(every) && value.is_finite() {
                     sample.push(value);
                 }
                 pixel += 1;
             })?;
-        }
-        Ok(sample)
+            Ok(sample)
+        };
+        (0..count).map(of_frame).collect()
     }
 }
 
@@ -263,15 +264,17 @@ fn check_header(file: &mut BufReader<File>) -> Result<(), String> {
     Ok(())
 }
 
-fn scale_of(kind: NumberKind, mut sample: Vec<f64>) -> IntensityScale {
+fn scale_of(kind: NumberKind, sample: Vec<Vec<f64>>) -> IntensityScale {
     match kind {
         NumberKind::U8 => IntensityScale::EIGHT_BITS,
         NumberKind::U16 => {
-            let mut greys: Vec<u16> = sample.iter().map(|&value| value as u16).collect();
-            let scale = SixteenBitScale::from_greys(&mut greys).unwrap_or(SixteenBitScale { white: u16::MAX });
+            let greys = |frame: Vec<f64>| frame.into_iter().map(|value| value as u16).collect::<Vec<_>>();
+            let scales = sample.into_iter().filter_map(|frame| SixteenBitScale::from_greys(&mut greys(frame)));
+            let scale = scales.max_by_key(|scale| scale.white).unwrap_or(SixteenBitScale { white: u16::MAX });
             IntensityScale::of_sixteen_bits(scale)
         }
         _ => {
+            let mut sample = sample.concat();
             let mut at = |share: f64| {
                 let rank = (share * sample.len().saturating_sub(1) as f64).round() as usize;
                 (!sample.is_empty()).then(|| *sample.select_nth_unstable_by(rank, f64::total_cmp).1)

@@ -12,7 +12,7 @@ fn a_frame_that_cannot_be_read_is_named_with_its_recording_and_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let input = recording(folder.path(), 20);
     fs::write(input.join(name(5)), b"no picture").unwrap();
-    let said = line_with(&["recording: frame 5: 005.png cannot be decoded", "format"]);
+    let said = line_with(&["recording: frame 5: 005.png cannot be decoded", "signature"]);
     track(&input, &folder.path().join("out")).args(["--max-unavailable", "50"]).assert().success().stderr(said);
 }
 
