@@ -288,3 +288,57 @@ fn scale_of(kind: NumberKind, sample: Vec<Vec<f64>>) -> IntensityScale {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A stack of frames of 4 x 2 pixels.
+    fn stack(folder: &Path, descr: &str, frames: usize, data: &[u8]) -> NpyStack {
+        let mut header = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': ({frames}, 2, 4), }}");
+        header += &" ".repeat(63 - (10 + header.len()) % 64);
+        header.push('\n');
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((header.len() as u16).to_le_bytes());
+        bytes.extend(header.as_bytes());
+        bytes.extend(data);
+        let path = folder.join("stack.npy");
+        std::fs::write(&path, bytes).unwrap();
+        NpyStack::open(&path, Period::Given(0.5)).unwrap()
+    }
+
+    fn values(stack: &NpyStack, frame: u64) -> Vec<f64> {
+        let mut values = vec![];
+        stack.each(frame, |value| values.push(value)).unwrap();
+        values
+    }
+
+    #[test]
+    fn numbers_of_either_byte_order_and_every_type_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let numbers: [f64; 16] = std::array::from_fn(|i| 3.0 * i as f64 + 1.0);
+        let bytes = |of: &dyn Fn(f64) -> Vec<u8>| numbers.iter().flat_map(|&number| of(number)).collect::<Vec<u8>>();
+        let cases = [
+            ("|u1", bytes(&|x| vec![x as u8])),
+            ("<u2", bytes(&|x| (x as u16).to_le_bytes().into())),
+            (">u2", bytes(&|x| (x as u16).to_be_bytes().into())),
+            (">f2", bytes(&|x| half::f16::from_f64(x).to_be_bytes().into())),
+            ("<f4", bytes(&|x| (x as f32).to_le_bytes().into())),
+            (">f4", bytes(&|x| (x as f32).to_be_bytes().into())),
+            (">f8", bytes(&|x| x.to_be_bytes().into())),
+        ];
+        for (descr, data) in cases {
+            let stack = stack(folder.path(), descr, 2, &data);
+            assert_eq!(values(&stack, 1), numbers[8..], "{descr}");
+            assert_eq!(values(&stack, 0), numbers[..8], "{descr}");
+        }
+    }
+
+    #[test]
+    fn one_lit_frame_among_dark_ones_gives_the_scale_of_sixteen_bits() {
+        let folder = tempfile::tempdir().unwrap();
+        let grey = |frame: usize| if frame == 40 { 4000_u16 } else { 5 };
+        let data: Vec<u8> = (0..64 * 8).flat_map(|i| grey(i / 8).to_le_bytes()).collect();
+        assert_eq!(stack(folder.path(), "<u2", 64, &data).scale().white, 4095.0);
+    }
+}
