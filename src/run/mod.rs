@@ -1,16 +1,17 @@
 //! A recording through the tracker: frames in, rows of `path.csv` out.
 
+mod ahead;
 pub mod meltpool;
 mod rows;
 mod score;
 mod summarise;
 
-use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
 pub use score::error_table;
 pub use summarise::summarise;
 
+use self::ahead::decode_ahead;
 use self::rows::{fill_smoothed, row};
 use crate::calib::{Origin, ScaleCalibration, Sensor};
 use crate::config::{Config, ConfigError};
@@ -24,9 +25,6 @@ use crate::tracker::{
     Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
 };
 use crate::units::{PixelPoint, StripeAxis};
-
-/// Frames that are decoded ahead of the tracker.
-const DECODED_AHEAD: usize = 8;
 
 /// One frame of a run, for those who watch it.
 pub struct Seen<'a> {
@@ -137,23 +135,14 @@ pub fn track(
     let mut run = Run::new(config, origin)?;
     let sixteen_bit_scale = source.sixteen_bit_scale();
     let started = Instant::now();
-    std::thread::scope(|scope| -> Result<(), RunError> {
-        let (send, receive) = sync_channel(DECODED_AHEAD);
-        scope.spawn(move || {
-            loop {
-                let began = Instant::now();
-                let Some(frame) = source.next_frame() else { break };
-                if send.send((frame, began.elapsed())).is_err() {
-                    break;
-                }
-            }
-        });
-        for (frame, decoding) in receive {
+    decode_ahead(
+        move || source.next_frame(),
+        |picture: &GrayFrame| picture.pixels().len(),
+        |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);
-            run.step(frame, &mut watch)?;
-        }
-        Ok(())
-    })?;
+            run.step(frame, &mut watch)
+        },
+    )?;
     let mut outcome = run.finish(started.elapsed().as_secs_f64())?;
     outcome.sixteen_bit_scale = sixteen_bit_scale;
     Ok(outcome)
