@@ -8,10 +8,12 @@ mod corner;
 mod edges;
 mod learn;
 mod line;
+mod relief;
 mod ridge;
 
 pub use learn::{is_plain, learn};
 pub use line::Line;
+pub use relief::{GapShows, gap_shows};
 
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
