@@ -20,9 +20,11 @@ const POSITION_WEIGHT: f64 = 0.4;
 const POSITION_SD_PX: f64 = 4.0;
 /// A place this far from the best one counts as another place \[px\].
 const OTHER_PLACE_PX: f64 = 3.0;
-/// What the objective is divided by to be the log of a probability: neighbouring columns err together. Tuned: the
-/// square errors of fits on rendered frames.
-const TEMPERATURE: f64 = 0.25;
+/// What the objective is divided by to be the log of a probability, near the best place and between two places. Chosen: a
+/// sharp edge, of which a shift by a pixel costs 0.8, is known to a fifth of one; between places, all columns of a spatter
+/// err together.
+const TEMPERATURE: f64 = 0.08;
+const RIVAL_TEMPERATURE: f64 = 0.5;
 
 /// One side's columns: presence of the stripe, 0 to 1, and weight.
 pub struct Presence {
@@ -180,7 +182,7 @@ pub fn find(sides: &[Presence; 2], expected: &Expected) -> Option<EdgePair> {
     let margin = if rival_value.is_finite() { rival_value - lowest } else { 0.0 };
     let (left, right, spread_px2) = moments(&objective, best, lowest);
     // Two places, the other of which has this share of the probability.
-    let odds = if rival_value.is_finite() { (-margin / TEMPERATURE).exp() } else { 0.0 };
+    let odds = if rival_value.is_finite() { (-margin / RIVAL_TEMPERATURE).exp() } else { 0.0 };
     let rival_px2 = odds / (1.0 + odds) * away_px(rival).powi(2);
     let weight: f64 = sides.iter().flat_map(|side| &side.weight).sum::<f64>() * 0.5;
     Some(EdgePair {
@@ -207,4 +209,75 @@ fn moments(objective: &Objective<'_>, best: Pair, lowest: f64) -> (f64, f64, f64
     let mean = 0.5 * (left + right) / sum;
     let variance = (square / sum - mean * mean) / (STEPS_PER_PX * STEPS_PER_PX) as f64;
     (best.0 as f64 + left / sum, best.1 as f64 + right / sum, variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXPECTED: Expected = Expected {
+        first_du: -28.5,
+        search_px: 12.0,
+        gap_px: 12.0,
+        gap_sd_px: 1.6,
+        least_gap_px: 1.0,
+        distinct: false,
+    };
+
+    /// Columns that are lit before (or behind) an edge, relative to the prediction.
+    fn lit(edge_du: f64, before: bool) -> Presence {
+        let lit = (0..58).map(|x| {
+            let ahead = edge_du - (EXPECTED.first_du + f64::from(x));
+            let is_before = 1.0 / (1.0 + (-ahead / EDGE_WIDTH_PX).exp());
+            if before { is_before } else { 1.0 - is_before }
+        });
+        Presence::new(lit.collect(), vec![1.0; 58])
+    }
+
+    #[test]
+    fn two_edges_are_found_to_a_twentieth_of_a_pixel() {
+        for shift in [0.0, 0.3, 0.55, 4.1] {
+            let found = find(&[lit(shift - 6.0, true), lit(shift + 6.0, false)], &EXPECTED).unwrap();
+            let middle = 0.5 * (found.left_du + found.right_du);
+            // The prediction draws it a little.
+            assert!((middle - shift).abs() < 0.03 + 0.02 * shift, "{shift}: {found:?}");
+            assert!((found.right_du - found.left_du - 12.0).abs() < 0.2, "{found:?}");
+            assert!(found.cost < 0.003 && found.margin > 3.0 && found.variance_px2 < 0.1, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn edges_of_plates_at_different_heights_may_overlap() {
+        let expected = Expected { gap_px: 0.0, gap_sd_px: 4.0, least_gap_px: -8.0, distinct: true, ..EXPECTED };
+        let found = find(&[lit(2.0, true), lit(-1.0, false)], &expected).unwrap();
+        // What was expected draws the gap a little.
+        assert!((found.right_du - found.left_du + 3.0).abs() < 0.7, "{found:?}");
+        assert!((0.5 * (found.left_du + found.right_du) - 0.5).abs() < 0.05, "{found:?}");
+    }
+
+    #[test]
+    fn two_gaps_alike_leave_the_place_open_and_the_variance_says_so() {
+        let both = |right: bool| {
+            let dark = |x: f64| (-9.0..-4.0).contains(&x) || (4.0..9.0).contains(&x) || (right && x < -4.0);
+            let lit = (0..58).map(|x| f64::from(u8::from(!dark(EXPECTED.first_du + f64::from(x)))));
+            Presence::new(lit.collect(), vec![1.0; 58])
+        };
+        let found = find(&[both(false), both(false)], &Expected { gap_px: 5.0, ..EXPECTED }).unwrap();
+        assert!(found.margin < 1.0 && found.variance_px2 > 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn a_covered_stripe_costs_much_and_columns_without_weight_cost_nothing() {
+        let dark = || Presence::new(vec![0.0; 58], vec![1.0; 58]);
+        assert!(find(&[dark(), dark()], &EXPECTED).unwrap().cost > 0.3);
+        let glare = |edge_du: f64, before: bool| {
+            let Presence { mut lit, mut weight, .. } = lit(edge_du, before);
+            for x in 40..50 {
+                (lit[x], weight[x]) = (0.5, 0.0);
+            }
+            Presence::new(lit, weight)
+        };
+        let found = find(&[glare(-6.0, true), glare(6.0, false)], &EXPECTED).unwrap();
+        assert!(found.cost < 0.003 && (0.5 * (found.left_du + found.right_du)).abs() < 0.1, "{found:?}");
+    }
 }

@@ -263,3 +263,63 @@ fn last_on(passed: &[(f64, Peak)], line: Line, tolerance_px: f64) -> Option<f64>
     }
     best.1
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A groove of half width 52 px and depth 50 px with its root at `root_du`, covered by `over` where that lies higher.
+    fn groove(root_du: f64, over: impl Fn(f64) -> Option<f64>) -> Vec<Peak> {
+        let row = |du: f64| {
+            let depth = 50.0 * (1.0 - (du - root_du).abs() / 52.0);
+            let bare = 200.0 + depth.max(0.0);
+            // A little noise, the same in every run.
+            let noise = 0.4 * (7.3 * du).sin();
+            over(du - root_du).filter(|_| depth > 0.0).map_or(bare, |row| bare.min(row)) + noise
+        };
+        (-80..=80).map(|du| f64::from(du)).map(|du| Peak { du_px: du, v_px: row(du), height_grey: 100.0 }).collect()
+    }
+
+    #[test]
+    fn the_root_under_a_bead_is_where_the_outer_flanks_meet() {
+        let crowned = |du: f64| Some(225.0 + 4.0 * (du / 25.0).powi(2));
+        let concave = |du: f64| Some(219.0 - 4.0 * (du / 31.0).powi(2));
+        let one_sided = |du: f64| Some(if du > 0.0 { 215.0 } else { 232.0 });
+        let beads: [&dyn Fn(f64) -> Option<f64>; 4] = [&|_| None, &crowned, &concave, &one_sided];
+        for (i, bead) in beads.into_iter().enumerate() {
+            for root_du in [0.0, 6.0, -9.0] {
+                let found = from_plates(&groove(root_du, bead), 80.0, 1.8);
+                let found = found.unwrap_or_else(|| panic!("bead {i} at {root_du}"));
+                assert!((found.root_du - root_du).abs() < 1.0, "bead {i} at {root_du}: {found:?}");
+                let half_width_px = found.half_width_px.unwrap();
+                assert!((half_width_px - 52.0).abs() < 2.0, "bead {i} at {root_du}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_bead_is_left_out_of_the_flanks() {
+        let found = from_plates(&groove(0.0, |_| Some(225.0)), 80.0, 1.8).unwrap();
+        // The bead's top lies half-way down.
+        for flank in found.flanks_px {
+            assert!((26.0..32.0).contains(&flank.start) && (46.0..52.0).contains(&flank.end), "{flank:?}");
+        }
+    }
+
+    #[test]
+    fn neither_a_plain_stripe_nor_a_curved_one_nor_a_gap_is_a_groove() {
+        let peaks = |row: &dyn Fn(f64) -> Option<f64>| -> Vec<Peak> {
+            let columns = (-160..=160).map(f64::from);
+            columns.filter_map(|du| Some(Peak { du_px: du, v_px: row(du)?, height_grey: 100.0 })).collect()
+        };
+        let plain = peaks(&|du| Some(200.0 + 0.1 * du));
+        let pipe = peaks(&|du| Some(200.0 + 0.001 * du * du));
+        let gap = peaks(&|du| (du.abs() > 10.0).then_some(200.0));
+        let floor = peaks(&|du| Some(if du.abs() > 10.0 { 200.0 } else { 224.0 }));
+        for stripe in [plain, pipe, gap, floor] {
+            for half_px in [80.0, 160.0] {
+                assert!(from_plates(&stripe, half_px, 1.8 * (half_px / 80.0_f64).sqrt()).is_none());
+            }
+        }
+    }
+}

@@ -73,7 +73,7 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
         plates: groove.plates,
         half_window_px,
         flanks_px: groove.flanks_px,
-        known: [if kind == JointKind::VGroove { Knowledge::OF_FLANK } else { Knowledge::LITTLE }; 2],
+        known: [if kind == JointKind::VGroove { Knowledge::of_flank() } else { Knowledge::of_plate() }; 2],
         fits: 0,
     };
     let v_px = if kind == JointKind::VGroove { model.seam_v_px() } else { seed.v_px };

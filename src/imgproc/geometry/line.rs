@@ -1,6 +1,6 @@
 //! A robust line through a side's ridge: straight, or bent as a curved plate is.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::ridge::RidgePoint;
 
@@ -47,49 +47,53 @@ impl Line {
     }
 }
 
-/// How surely slope and curvature of a side are known beforehand, as the weight of the columns that told them: the sum of
-/// du² about their mean \[px²\], and of what a straight line leaves of ½ du² \[px⁴\].
+/// How surely slope and curvature of a side are known beforehand: the inverse of their covariance, for columns whose error
+/// has the variance 1 px².
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knowledge {
-    /// Of the slope \[px²\].
-    pub slope_px2: f64,
-    /// Of the curvature \[px⁴\].
-    pub curvature_px4: f64,
+    information: Matrix2<f64>,
+    /// Variances of what slope and curvature change by from fit to fit.
+    drift: Vector2<f64>,
 }
+
+/// What is known after one look: of the slope \[px²\], of a curvature (1/2000 px; chosen: most plates are flat), and that of
+/// a groove's flank, which is machined straight \[px⁴\].
+const FIRST_SLOPE_PX2: f64 = 100.0;
+const FIRST_CURVATURE_PX4: f64 = 5e5;
+const STRAIGHT_PX4: f64 = 1e7;
+/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: a clean side of 71 columns is then half
+/// remembered, half as the new fit says; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
+const SLOPE_DRIFT: f64 = 1.6e-5;
+/// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over twenty fits.
+const CURVATURE_DRIFT: f64 = 1.6e-9;
 
 impl Knowledge {
-    /// Of a side of which nothing but one look is known: slope to within .03, curvature to within 1/1000 px. Chosen: most
-    /// plates are flat.
-    pub const LITTLE: Self = Self { slope_px2: 100.0, curvature_px4: 1e5 };
-    /// The same of a groove's flank, which is machined straight.
-    pub const OF_FLANK: Self = Self { slope_px2: 100.0, curvature_px4: 1e7 };
+    /// Of a plate after one look.
+    pub fn of_plate() -> Self {
+        let information = Matrix2::from_diagonal(&Vector2::new(FIRST_SLOPE_PX2, FIRST_CURVATURE_PX4));
+        Self { information, drift: Vector2::new(SLOPE_DRIFT, CURVATURE_DRIFT) }
+    }
 
-    /// With what a fit of columns out to `reach_px` from the corner or edge showed. What is known of a slope is forgotten
-    /// as fast as it comes in where the side is long, since a curved plate turns as it passes, and slower where it is short.
-    pub fn with(self, shown: Self, reach_px: f64) -> Self {
-        let most_slope_px2 = MOST_SLOPE_PX2.min(SLOPE_MEMORY * reach_px.powi(3) / 12.0);
-        let most_curvature_px4 = LEAST_CURVATURE_PX4.max(CURVATURE_MEMORY * reach_px.powi(5) / 720.0);
-        Self {
-            slope_px2: (self.slope_px2 + shown.slope_px2).min(most_slope_px2),
-            curvature_px4: (self.curvature_px4 + shown.curvature_px4).min(most_curvature_px4),
-        }
+    /// Of a groove's flank after one look.
+    pub fn of_flank() -> Self {
+        let information = Matrix2::from_diagonal(&Vector2::new(FIRST_SLOPE_PX2, STRAIGHT_PX4));
+        Self { information, drift: Vector2::new(SLOPE_DRIFT, 0.0) }
+    }
+
+    /// For the next fit, after one whose columns by themselves had the information `shown`.
+    pub fn with(self, shown: Matrix2<f64>) -> Self {
+        let covariance = (self.information + shown).try_inverse();
+        let drifted = covariance.and_then(|c| (c + Matrix2::from_diagonal(&self.drift)).try_inverse());
+        Self { information: drifted.unwrap_or(self.information), ..self }
     }
 }
-
-/// Most that is known of a slope beforehand \[px²\]: as much as a clean side of 71 columns tells (n³/12). Prototype.
-const MOST_SLOPE_PX2: f64 = 30_000.0;
-/// The same for a short side, in multiples of what it could tell if all of it were seen. Chosen.
-const SLOPE_MEMORY: f64 = 3.0;
-/// The same for a curvature (n⁵/720), and its least \[px⁴\]: a short flank tells nothing of its own. Chosen.
-const CURVATURE_MEMORY: f64 = 10.0;
-const LEAST_CURVATURE_PX4: f64 = 1e7;
 
 /// A side's line and how well it is founded.
 #[derive(Debug, Clone, Copy)]
 pub struct SideFit {
     pub line: Line,
     /// What the columns by themselves tell of slope and curvature.
-    pub shown: Knowledge,
+    pub shown: Matrix2<f64>,
 /// Sum of the columns' weights over their number, 0 to 1.
     pub support: f64,
     /// Weighted RMS distance from the line \[px\].
@@ -177,14 +181,18 @@ impl Round {
     }
 
     fn normal(&self, known: Knowledge) -> Matrix3<f64> {
-        self.sums + Matrix3::from_diagonal(&Vector3::new(0.0, known.slope_px2, known.curvature_px4))
+        let mut normal = self.sums;
+        let mut block = normal.fixed_view_mut::<2, 2>(1, 1);
+        block += known.information;
+        normal
     }
 
     /// The line of least squares with what was known before.
     fn line(&self, prior: Line, known: Knowledge) -> Option<Line> {
         let before = self.before?;
         let (slope_off, curvature_off) = (prior.slope - before.slope, prior.curvature_per_px - before.curvature_per_px);
-        let pull = Vector3::new(0.0, known.slope_px2 * slope_off, known.curvature_px4 * curvature_off);
+        let pull = known.information * Vector2::new(slope_off, curvature_off);
+        let pull = Vector3::new(0.0, pull[0], pull[1]);
         let change = self.normal(known).cholesky()?.solve(&(self.moments + pull));
         Some(Line {
             v_px: before.v_px + change[0],
@@ -193,14 +201,11 @@ impl Round {
         })
     }
 
-    /// What these columns tell of slope and curvature when nothing else is known: the Schur complements.
-    fn shown(&self) -> Knowledge {
+    /// What these columns by themselves tell of slope and curvature, whatever the row.
+    fn shown(&self) -> Matrix2<f64> {
         let s = &self.sums;
-        let spread = s[(1, 1)] - s[(0, 1)].powi(2) / s[(0, 0)];
-        let across = s[(1, 2)] - s[(0, 1)] * s[(0, 2)] / s[(0, 0)];
-        let bent = s[(2, 2)] - s[(0, 2)].powi(2) / s[(0, 0)];
-        let curvature_px4 = if spread > 0.0 { bent - across * across / spread } else { 0.0 };
-        Knowledge { slope_px2: spread.max(0.0), curvature_px4: curvature_px4.max(0.0) }
+        let row = Vector2::new(s[(0, 1)], s[(0, 2)]);
+        s.fixed_view::<2, 2>(1, 1) - row * row.transpose() / s[(0, 0)]
     }
 }
 
@@ -260,7 +265,7 @@ mod tests {
             })
             .collect();
         let prior = Line::straight(101.5, 0.1);
-        let found = fit(&points, 0.0, prior, Knowledge::LITTLE, 55.0).unwrap();
+        let found = fit(&points, 0.0, prior, Knowledge::of_plate(), 55.0).unwrap();
         assert!((found.line.v_px - 100.0).abs() < 0.1, "{found:?}");
         assert!((found.line.slope - 0.1).abs() < 0.005);
         assert!((0.55..0.75).contains(&found.support));
@@ -272,7 +277,7 @@ mod tests {
             .map(|i| RidgePoint { u_px: f64::from(i), v_px: 100.0, quality: 0.2, amplitude: 3.0, background: 9.0 })
             .collect();
         let prior = Line::straight(100.0, 0.0);
-        assert!(fit(&points, 0.0, prior, Knowledge::LITTLE, 55.0).is_none());
+        assert!(fit(&points, 0.0, prior, Knowledge::of_plate(), 55.0).is_none());
     }
 
     fn pipe(u: f64) -> RidgePoint {
@@ -283,16 +288,19 @@ mod tests {
     #[test]
     fn the_side_of_a_pipe_is_not_extrapolated_straight() {
         let points: Vec<RidgePoint> = (10..80).map(|i| pipe(f64::from(i))).collect();
-        let prior = Line::straight(101.0, 0.08);
-        let found = fit(&points, 0.0, prior, Knowledge::LITTLE, 55.0).unwrap();
-        assert!((found.line.v_px - 100.0).abs() < 0.05, "{found:?}");
-        assert!((found.line.curvature_per_px - 0.002).abs() < 1e-4, "{found:?}");
+        let (mut line, mut known) = (Line::straight(101.0, 0.08), Knowledge::of_plate());
+        for _ in 0..8 {
+            let found = fit(&points, 0.0, line, known, 55.0).unwrap();
+            (line, known) = (found.line, known.with(found.shown));
+        }
+        assert!((line.v_px - 100.0).abs() < 0.06, "{line:?}");
+        assert!((line.curvature_per_px - 0.002).abs() < 1e-4, "{line:?}");
     }
 
     #[test]
     fn what_is_known_holds_the_slope_of_a_side_that_is_hardly_seen() {
         let points: Vec<RidgePoint> = (10..20).map(|i| RidgePoint { v_px: 101.0 + 0.1 * f64::from(i), ..pipe(f64::from(i)) }).collect();
-        let known = Knowledge { slope_px2: 30_000.0, curvature_px4: 1e7 };
+        let known = Knowledge { information: Matrix2::new(30_000.0, 0.0, 0.0, 1e7), ..Knowledge::of_plate() };
         let found = fit(&points, 0.0, Line::straight(102.0, 0.0), known, 55.0).unwrap();
         assert!(found.line.slope.abs() < 0.002, "{found:?}");
     }

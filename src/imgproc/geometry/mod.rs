@@ -18,6 +18,8 @@ pub use line::{Knowledge, Line};
 
 use std::ops::Range;
 
+use nalgebra::Matrix2;
+
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
@@ -96,8 +98,8 @@ pub struct JointFit {
     pub left: Line,
     /// The stripe behind the seam.
     pub right: Line,
-    /// What the columns of each side by themselves tell of its slope and curvature.
-    pub shown: [Knowledge; 2],
+    /// The information that the columns of each side by themselves have on its slope and curvature, as [`Knowledge`] has it.
+    pub shown: [Matrix2<f64>; 2],
     /// Share of each side's columns that lie on its line, the lesser of the two, 0 to 1.
     pub support: f64,
     /// Weighted RMS distance of the ridge from its line, the larger of the two sides \[px\].
@@ -262,9 +264,8 @@ impl JointModel {
         let seam_v_px = self.seam_v_px();
         let early = 1.0 / f64::from(self.fits + 1);
         (self.left, self.right) = (fit.left, fit.right);
-        let reaches = if self.kind.has_edges() { [HALF_WINDOW_PX; 2] } else { [0, 1].map(|i| self.flanks_px[i].end) };
-        for ((known, shown), reach_px) in self.known.iter_mut().zip(fit.shown).zip(reaches) {
-            *known = known.with(shown, reach_px);
+        for (known, shown) in self.known.iter_mut().zip(fit.shown) {
+            *known = known.with(shown);
         }
         for (plate, seen) in self.plates.iter_mut().flatten().zip(fit.plates) {
             let drop_px = 0.5 * (fit.left.v_px + fit.right.v_px) - seam_v_px;
