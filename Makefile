@@ -5,8 +5,10 @@ CARGO ?= cargo
 SEEDS ?= 1-5
 ABLATION_SEEDS ?= 61-63
 KINDS_SEEDS ?= 121-124
+SENSORS_SEED ?= 1
+PLATES_SEEDS ?= 201-205
 
-.PHONY: demo test build setup checks bench regress ablation kinds peers clean
+.PHONY: demo test build setup checks bench regress ablation kinds sensors plates peers clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -54,6 +56,14 @@ ablation: setup
 # Which joint is found by itself, and when, in every kind of scene.
 kinds: setup
 	$(CARGO) run --release --example kinds -- --seeds $(KINDS_SEEDS)
+
+# 300 recordings of random sensors, joints, paths and lights: about ten minutes on two cores. Each seed draws others.
+sensors: setup
+	$(CARGO) run --release --example sensors -- --seed $(SENSORS_SEED)
+
+# Plates with marks, beads, curves, reflections; and plates without a seam: families × levels × seeds, the joint not told.
+plates: setup
+	$(CARGO) run --release --example plates -- --seeds $(PLATES_SEEDS)
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup

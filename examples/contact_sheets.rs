@@ -21,6 +21,38 @@ const GREY_STEP: u8 = 6;
 /// Pictures in a row: before arc-on, then under it.
 const COLUMNS: usize = 4;
 
+/// One picture each of plates that fight back.
+const PLATES: [&str; 28] = [
+    "marks-dark-butt-severe",
+    "marks-bright-lap-severe",
+    "slag-vgroove-severe",
+    "hole-flat-severe",
+    "bar-dark-butt-severe",
+    "scratch-butt-severe",
+    "spatter-stuck-fillet-severe",
+    "grinding-butt-severe",
+    "mill-scale-lap-severe",
+    "dark-plate-vgroove-severe",
+    "pipe-butt-severe",
+    "dished-vgroove-medium",
+    "pipe-on-plate-fillet-medium",
+    "bead-root-vgroove-medium",
+    "bead-fill-vgroove-severe",
+    "bead-side-vgroove-severe",
+    "bead-cap-vgroove-severe",
+    "change-bevel-butt-mild",
+    "reflection-fillet-severe",
+    "reflection-vgroove-severe",
+    "other-stripe-lap-severe",
+    "two-seams-lap-medium",
+    "dirt-butt-severe",
+    "dead-columns-flat-severe",
+    "line-gap-flat-severe",
+    "cable-fillet-severe",
+    "shadow-butt-medium",
+    "corrugated-flat-severe",
+];
+
 fn main() -> Result<()> {
     let mut arguments = std::env::args().skip(1);
     let folder = PathBuf::from(arguments.next().context("usage: contact_sheets FOLDER [SCENE]...")?);
@@ -37,6 +69,7 @@ fn main() -> Result<()> {
         for (sheet, scenes) in sheets {
             write_sheet(&folder.join(format!("{sheet}.png")), scenes)?;
         }
+        write_gallery(&folder.join("scenes-plates.png"), &PLATES)?;
     }
     for name in &names {
         let pictures = pictures(name, 1, None)?;
@@ -45,12 +78,23 @@ fn main() -> Result<()> {
     Ok(())
 }
 
+/// One picture of each scene, under the arc.
+fn write_gallery(file: &Path, scenes: &[&str]) -> Result<()> {
+    let cells =
+        scenes.iter().map(|name| Ok(pictures(name, 1, Some(CELL_PX))?.swap_remove(1))).collect::<Result<Vec<_>>>()?;
+    let rows: Vec<Vec<GrayImage>> = cells.chunks(COLUMNS).map(<[GrayImage]>::to_vec).collect();
+    write_coarse(file, tiled(&rows))
+}
+
 fn write_sheet(file: &Path, scenes: &[&str]) -> Result<()> {
-    let coarse =
-        |grey: &mut u8| *grey = ((f32::from(*grey) / f32::from(GREY_STEP)).round() as u8).saturating_mul(GREY_STEP);
     let rows =
         scenes.iter().zip(1..).map(|(name, seed)| pictures(name, seed, Some(CELL_PX))).collect::<Result<Vec<_>>>()?;
-    let mut sheet = tiled(&rows);
+    write_coarse(file, tiled(&rows))
+}
+
+fn write_coarse(file: &Path, mut sheet: GrayImage) -> Result<()> {
+    let coarse =
+        |grey: &mut u8| *grey = ((f32::from(*grey) / f32::from(GREY_STEP)).round() as u8).saturating_mul(GREY_STEP);
     sheet.iter_mut().for_each(coarse);
     save(file, &sheet)
 }

@@ -17,7 +17,7 @@ use opencv::video::TrackerMIL;
 use seamtrack::config::Config;
 use seamtrack::eval::Estimate;
 use seamtrack::frame::GrayFrame;
-use seamtrack::regress::{Lane, follow, parse_seeds, run, table};
+use seamtrack::regress::{Coordinate, Lane, follow, parse_seeds, run, table};
 use seamtrack::synth::{Scene, builtin};
 use seamtrack::units::StripeAxis;
 
@@ -61,7 +61,11 @@ fn peers(scene: &Scene) -> Result<Vec<Lane>> {
         lane("OpenCV MOSSE", upgrade_tracking_api(&Legacy_TrackerMOSSE::create()?.into())?, scene)?,
         lane("OpenCV MIL", TrackerMIL::create_def()?, scene)?,
     ];
-    lanes.extend(follow(scene, &Config::default().method()?)?.into_iter().filter(|lane| lane.name != "KCF"));
+    lanes.extend(
+        follow(scene, &Config::default().method()?)?
+            .into_iter()
+            .filter(|lane| ["filtered", "smoothed"].contains(&lane.name.as_str())),
+    );
     Ok(lanes)
 }
 
@@ -74,6 +78,7 @@ fn lane(name: &str, mut tracker: impl TrackerTrait, scene: &Scene) -> opencv::Re
     let start_px = scene.axis().along_px(start);
     let mut lane = Lane {
         name: name.to_owned(),
+        coordinate: Coordinate::Along,
         estimates: vec![Some(Estimate { position_px: start_px, std_px: None })],
         frame_ms: vec![],
     };

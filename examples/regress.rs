@@ -42,7 +42,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// The paper's method, then the robust one, causal and smoothed.
+/// The paper's method, then the robust one: causal, smoothed, and its height.
 fn lanes(scene: &Scene, find_joint: bool, ours: bool) -> Result<Vec<Lane>, TrackerError> {
     let joint = match scene.drawn_scenario().joint {
         _ if find_joint => Joint::Auto,
@@ -56,15 +56,21 @@ fn lanes(scene: &Scene, find_joint: bool, ours: bool) -> Result<Vec<Lane>, Track
     let robust = Config { joint, ..Config::default() };
     let renamed = |lane: Lane, name: &str| Lane { name: name.to_owned(), ..lane };
     let mut lanes = vec![];
-    for (config, names) in [(paper, ["KCF alone", "paper"]), (robust, ["causal", "smoothed"])] {
+    let of_paper = [("KCF", "KCF alone"), ("filtered", "paper")];
+    let of_robust = [
+        ("filtered", "causal"),
+        ("smoothed", "smoothed"),
+        ("height", "height"),
+        ("smoothed height", "smoothed height"),
+    ];
+    for (config, wanted) in [(paper, &of_paper[..]), (robust, &of_robust)] {
         if ours && config.preset == Preset::Paper {
             continue;
         }
         let Ok(method) = config.method() else { continue };
-        let wanted = if config.preset == Preset::Paper { ["KCF", "filtered"] } else { ["filtered", "smoothed"] };
         for lane in follow(scene, &method)? {
-            if let Some(place) = wanted.iter().position(|name| *name == lane.name) {
-                lanes.push(renamed(lane, names[place]));
+            if let Some((_, name)) = wanted.iter().find(|(name, _)| *name == lane.name) {
+                lanes.push(renamed(lane, name));
             }
         }
     }

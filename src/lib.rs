@@ -12,6 +12,7 @@ pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
 pub mod meltpool;
+pub mod output;
 pub mod regress;
 pub mod report;
 pub mod reproduce;

@@ -1,4 +1,5 @@
 //! `seamtrack`: the weld seam in laser-stripe frames, in millimetres.
+#![warn(clippy::print_stdout, clippy::print_stderr)]
 
 mod cli;
 
@@ -7,14 +8,15 @@ use std::process::ExitCode;
 use clap::Parser;
 
 fn main() -> ExitCode {
-    // A reader that has seen enough (`seamtrack … | head`) ends the program quietly, as it does other tools.
-    sigpipe::reset();
     let command = cli::Cli::parse();
-    match command.run() {
+    cli::signals::end_without_leftovers();
+    let done = command.run();
+    cli::signals::wait_if_ending();
+    match done {
         Ok(code) => code,
         Err(error) => {
             // One line: every cause adds to the one before it.
-            eprintln!("seamtrack: {}", cli::one_line(&error));
+            cli::say::tell(&cli::say::one_line(error.as_ref()));
             ExitCode::from(1)
         }
     }

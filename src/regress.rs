@@ -11,12 +11,45 @@ use crate::calib::Sensor;
 use crate::eval::{Errors, Estimate, WRONG_MM, errors};
 use crate::synth::{Scenario, ScenarioError, Scene};
 use crate::tracker::{JointDecision, Method, SeamEstimate, SeamPath, Session, SessionSettings, TrackerError};
+use crate::units::{PixelPoint, StripeAxis};
+
+/// Which coordinate of the seam is estimated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Coordinate {
+    /// Along the stripe.
+    Along,
+    /// Across the stripe: the height.
+    Across,
+}
+
+impl Coordinate {
+    /// This coordinate of a point in an image whose stripe runs along `axis` \[px\].
+    #[must_use]
+    pub const fn px(self, axis: StripeAxis, point: PixelPoint) -> f64 {
+        match self {
+            Self::Along => axis.along_px(point),
+            Self::Across => axis.across_px(point),
+        }
+    }
+
+    /// This coordinate of an estimate, with its σ.
+    #[must_use]
+    pub const fn of(self, seam: &SeamEstimate, axis: StripeAxis) -> Estimate {
+        let std_px = match self {
+            Self::Along => seam.std_px,
+            Self::Across => seam.std_across_px,
+        };
+        Estimate { position_px: self.px(axis, seam.centre), std_px: Some(std_px) }
+    }
+}
 
 /// One estimator's answer for a whole recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Lane {
     /// Name of the estimator.
     pub name: String,
+    /// What it estimates.
+    pub coordinate: Coordinate,
     /// One a frame; none where the estimator gives no value.
     pub estimates: Vec<Option<Estimate>>,
     /// Time for each frame \[ms\]; empty when it was not taken.
@@ -32,7 +65,7 @@ pub struct Score {
     pub seed: u64,
     /// Name of the estimator.
     pub lane: String,
-    /// Accuracy one frame can have, from the raggedness of the edges \[mm\].
+    /// Accuracy one frame can have along the stripe, from the raggedness of the edges \[mm\]; 0 across it.
     pub noise_floor_mm: f64,
     /// The errors; none when no frame has both a value and a truth.
     pub errors: Option<Errors>,
@@ -96,8 +129,9 @@ pub fn run<E: Send>(
     Ok(scores.into_iter().flatten().collect())
 }
 
-/// The program's own tracker on a scene, told its scale. Three lanes: `KCF`, its correlation filter's own peak;
-/// `filtered`; and `smoothed`, which is empty by a method without a smoother.
+/// The program's own tracker on a scene, told its scale. Five lanes: `KCF`, its correlation filter's own peak; `filtered`;
+/// `smoothed`, which is empty by a method without a smoother; and `height`, `smoothed height`, the coordinate across the
+/// stripe.
 ///
 /// # Errors
 /// When the method cannot be built or fails.
@@ -116,24 +150,38 @@ pub fn follow_with(
 ) -> Result<(Vec<Lane>, Vec<JointDecision>), TrackerError> {
     let sensor = Sensor::Scale(scene.drawn_scenario().mm_per_px);
     let mut session = Session::new(&SessionSettings { sensor, ..SessionSettings::new(method.clone()) })?;
-    let (mut kcf, mut filtered, mut frame_ms, mut joints) = (vec![], vec![], vec![], vec![]);
-    let along = |point| scene.axis().along_px(point);
-    let of = |seam: SeamEstimate| Estimate { position_px: along(seam.centre), std_px: Some(seam.std_px) };
+    let axis = scene.axis();
+    let (mut kcf, mut seams, mut frame_ms, mut joints) = (vec![], vec![], vec![], vec![]);
     for i in 0..scene.frame_count() {
         let frame = scene.render(i);
         let began = Instant::now();
         let estimate = session.step(&frame, scene.timestamp_s(i))?;
         frame_ms.push(began.elapsed().as_secs_f64() * 1e3);
         joints.extend(session.joint().filter(|joint| joint.frame == i).cloned());
-        kcf.push(estimate.kcf.map(|kcf| Estimate { position_px: along(kcf.peak), std_px: None }));
-        filtered.push(estimate.seam.map(of));
+        kcf.push(estimate.kcf.map(|kcf| Estimate { position_px: axis.along_px(kcf.peak), std_px: None }));
+        seams.push(estimate.seam);
         path.push(&estimate);
     }
-    let smoothed = path.smoothed()?.into_iter().map(|seam| seam.map(of)).collect();
-    let lane = |name: &str, estimates, frame_ms| Lane { name: name.to_owned(), estimates, frame_ms };
-    let lanes =
-        vec![lane("KCF", kcf, vec![]), lane("filtered", filtered, frame_ms), lane("smoothed", smoothed, vec![])];
+    let smoothed = path.smoothed()?;
+    let of = |seams: &[Option<SeamEstimate>], coordinate: Coordinate| -> Vec<Option<Estimate>> {
+        seams.iter().map(|seam| seam.map(|seam| coordinate.of(&seam, axis))).collect()
+    };
+    let lane =
+        |name: &str, coordinate, estimates, frame_ms| Lane { name: name.to_owned(), coordinate, estimates, frame_ms };
+    let lanes = vec![
+        lane("KCF", Coordinate::Along, kcf, vec![]),
+        lane("filtered", Coordinate::Along, of(&seams, Coordinate::Along), frame_ms),
+        lane("smoothed", Coordinate::Along, of(&smoothed, Coordinate::Along), vec![]),
+        lane("height", Coordinate::Across, of(&seams, Coordinate::Across), vec![]),
+        lane("smoothed height", Coordinate::Across, of(&smoothed, Coordinate::Across), vec![]),
+    ];
     Ok((lanes, joints))
+}
+
+/// A coordinate of the true seam in each frame \[px\], where there is one.
+#[must_use]
+pub fn truth_px(scene: &Scene, coordinate: Coordinate) -> Vec<Option<f64>> {
+    (0..scene.frame_count()).map(|i| scene.truth(i).seam.map(|seam| coordinate.px(scene.axis(), seam))).collect()
 }
 
 /// Scores one lane.
@@ -144,8 +192,7 @@ pub fn follow_with(
 pub fn score(name: &str, seed: u64, scene: &Scene, lane: &Lane) -> Score {
     let scenario = scene.drawn_scenario();
     let scale = scenario.mm_per_px;
-    let truth: Vec<Option<f64>> =
-        (0..scene.frame_count()).map(|i| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam))).collect();
+    let truth = truth_px(scene, lane.coordinate);
     let lost_frames = lane
         .estimates
         .iter()
@@ -158,7 +205,10 @@ pub fn score(name: &str, seed: u64, scene: &Scene, lane: &Lane) -> Score {
         scene: name.to_owned(),
         seed,
         lane: lane.name.clone(),
-        noise_floor_mm: scale.get() * scenario.noise_floor_px(),
+        noise_floor_mm: match lane.coordinate {
+            Coordinate::Along => scale.get() * scenario.noise_floor_px(),
+            Coordinate::Across => 0.0,
+        },
         errors: errors(&lane.estimates, &truth, scale),
         lost_frames,
         invented_frames: lane.estimates.iter().zip(&truth).filter(|(e, t)| e.is_some() && t.is_none()).count(),
@@ -230,15 +280,12 @@ mod tests {
     use super::*;
     use crate::synth::builtin;
 
-    fn off_by(px: f64) -> impl Fn(&Scene) -> Result<Vec<Lane>, Infallible> {
+    /// An estimator that is `px` off, and claims a σ of 1 px.
+    fn off_by(px: f64, coordinate: Coordinate) -> impl Fn(&Scene) -> Result<Vec<Lane>, Infallible> {
         move |scene| {
-            let estimates = (0..scene.frame_count())
-                .map(|i| {
-                    let truth = scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
-                    Some(Estimate { position_px: truth.unwrap_or(100.0) + px, std_px: None })
-                })
-                .collect();
-            Ok(vec![Lane { name: "off".to_owned(), estimates, frame_ms: vec![] }])
+            let claim = |truth: Option<f64>| Estimate { position_px: truth.unwrap_or(100.0) + px, std_px: Some(1.0) };
+            let estimates = truth_px(scene, coordinate).into_iter().map(|truth| Some(claim(truth))).collect();
+            Ok(vec![Lane { name: "off".to_owned(), coordinate, estimates, frame_ms: vec![] }])
         }
     }
 
@@ -248,7 +295,8 @@ mod tests {
 
     #[test]
     fn an_estimator_that_is_off_by_two_pixels_scores_two_pixels() {
-        let scores = run(&[short("A-butt", 20), short("recorder", 20)], &[1, 2], off_by(2.0)).unwrap();
+        let scores =
+            run(&[short("A-butt", 20), short("recorder", 20)], &[1, 2], off_by(2.0, Coordinate::Along)).unwrap();
         assert_eq!(scores.len(), 4);
         for score in &scores {
             let errors = score.errors.unwrap();
@@ -258,8 +306,22 @@ mod tests {
     }
 
     #[test]
+    fn the_height_is_scored_across_the_stripe_whichever_way_it_runs() {
+        let (_, mut vertical) = short("A-butt", 20);
+        vertical.image.stripe = StripeAxis::Vertical;
+        let scenes = [short("A-butt", 20), ("turned".to_owned(), vertical)];
+        let near = run(&scenes, &[1], off_by(1.5, Coordinate::Across)).unwrap();
+        let far = run(&scenes, &[1], off_by(2.5, Coordinate::Across)).unwrap();
+        for (near, far) in near.iter().zip(&far) {
+            let (near, far) = (near.errors.unwrap(), far.errors.unwrap());
+            assert!((near.mae_mm - 0.1095).abs() < 1e-9, "{near:?}");
+            assert_eq!((near.coverage_2sigma, far.coverage_2sigma), (Some(1.0), Some(0.0)));
+        }
+    }
+
+    #[test]
     fn values_on_a_plate_without_a_joint_count_as_invented() {
-        let scores = run(&[short("flat", 5)], &[1], off_by(0.0)).unwrap();
+        let scores = run(&[short("flat", 5)], &[1], off_by(0.0, Coordinate::Along)).unwrap();
         assert_eq!((scores[0].invented_frames, scores[0].errors), (5, None));
     }
 }

@@ -50,6 +50,15 @@ impl StripeAxis {
         }
     }
 
+    /// The coordinate of `point` across the stripe \[px\].
+    #[must_use]
+    pub const fn across_px(self, point: PixelPoint) -> f64 {
+        match self {
+            Self::Horizontal => point.v_px,
+            Self::Vertical => point.u_px,
+        }
+    }
+
     /// Image coordinates of a point given in the stripe's own frame (u along it).
     #[must_use]
     pub const fn image_from_stripe(self, point: PixelPoint) -> PixelPoint {

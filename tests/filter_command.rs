@@ -100,6 +100,54 @@ fn results_are_not_overwritten_without_force() {
 }
 
 #[test]
+fn results_go_neither_into_a_folder_of_the_users_nor_over_the_series() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = ramp(folder.path());
+    let run = |output: &Path| {
+        let arguments = [input.to_str().unwrap(), "--model", "white", "--force", "-o", output.to_str().unwrap()];
+        filter(&arguments).assert().code(1)
+    };
+    run(folder.path()).stderr(contains("which is read"));
+    let mine = folder.path().join("mine");
+    std::fs::create_dir(&mine).unwrap();
+    std::fs::write(mine.join("filter.csv"), "mine").unwrap();
+    run(&mine).stderr(contains("filter.csv is not of an earlier run"));
+    assert_eq!(std::fs::read(mine.join("filter.csv")).unwrap(), b"mine");
+}
+
+#[test]
+fn numbers_that_overflow_are_an_error_and_not_results() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("huge.csv");
+    let lines: String = (0..30).map(|i| format!("{i},{}e160\n", i % 7 - 3)).collect();
+    std::fs::write(&input, format!("time_s,z1\n{lines}")).unwrap();
+    let out = folder.path().join("out");
+    for model in ["white", "coloured-measurement", "coloured-process", "adaptive"] {
+        for more in [&[][..], &["--gate"], &["--fixed-lag", "18446744073709551615"]] {
+            let arguments = [input.to_str().unwrap(), "--model", model, "-o", out.to_str().unwrap()];
+            let run = filter(&arguments).args(more).assert();
+            let output = run.get_output();
+            let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+            assert!(output.status.code() == Some(1) && !stderr.contains("panicked"), "{model} {more:?}: {stderr}");
+            assert!(stderr.trim_end().lines().count() == 1 && !out.exists(), "{stderr}");
+        }
+    }
+}
+
+#[test]
+fn a_lag_longer_than_the_series_is_the_whole_series() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = ramp(folder.path());
+    let smoothed = |name: &str, more: &[&str]| {
+        let out = folder.path().join(name);
+        let arguments = [input.to_str().unwrap(), "--model", "white", "-o", out.to_str().unwrap()];
+        filter(&arguments).args(more).assert().success();
+        column(&out, "smooth_x")
+    };
+    assert_eq!(smoothed("lag", &["--fixed-lag", "18446744073709551615"]), smoothed("whole", &[]));
+}
+
+#[test]
 fn bad_input_gets_one_line_with_the_reason() {
     let folder = tempfile::tempdir().unwrap();
     let input = ramp(folder.path());

@@ -9,7 +9,8 @@ use real::paint::{Paint, without_seam};
 use seamtrack::frame::GrayFrame;
 use seamtrack::synth::{Scene, builtin};
 use seamtrack::tracker::{
-    EvidenceRow, HairlineEstimate, HairlineTracker, Method, RobustSettings, SeamPresence, Tracker, smooth,
+    EvidenceRow, HairlineEstimate, HairlineTracker, Method, RobustSettings, SeamPresence, Session, SessionSettings,
+    smooth,
 };
 use seamtrack::units::StripeAxis;
 
@@ -143,8 +144,9 @@ fn the_seam_of_a_real_scan_is_found_followed_and_smoothed() {
 /// Frames in which the program's default tracker claims to know the seam.
 fn frames_with_a_value(frames: impl Iterator<Item = GrayFrame>) -> usize {
     let method = Method::Robust(RobustSettings::default());
-    let mut tracker = Tracker::new(&method, Some(StripeAxis::Horizontal), None).unwrap();
-    let estimates = frames.enumerate().map(|(i, frame)| tracker.step(&frame, 0.2 * i as f64).unwrap());
+    let axis = Some(StripeAxis::Horizontal);
+    let mut session = Session::new(&SessionSettings { axis, ..SessionSettings::new(method) }).unwrap();
+    let estimates = frames.enumerate().map(|(i, frame)| session.step(&frame, 0.2 * i as f64).unwrap());
     estimates.filter(|estimate| estimate.seam.is_some()).count()
 }
 

@@ -73,7 +73,10 @@ fn tracked() -> Vec<Figures> {
         let scenario = Scenario { frames: FRAMES, ..builtin::scenario(name).unwrap() };
         run(&[(name.to_owned(), scenario)], &SEEDS, |scene| follow(scene, &method)).unwrap()
     });
-    scores.filter(|score| score.lane != "KCF").map(|score| Figures::of(&score)).collect()
+    scores
+        .filter(|score| ["filtered", "smoothed"].contains(&score.lane.as_str()))
+        .map(|score| Figures::of(&score))
+        .collect()
 }
 
 #[test]

@@ -5,7 +5,9 @@ use std::path::Path;
 
 use rayon::prelude::*;
 use seamtrack::frame::GrayFrame;
-use seamtrack::synth::scenario::{Edges, Joint, Recorder, Sensor, Severity, Stripe, Vibration};
+use seamtrack::synth::scenario::{
+    Butt, Edges, Joint, Lap, Ramp, Recorder, Sensor, Severity, Spatter, Stripe, Vibration,
+};
 use seamtrack::synth::{Scenario, Scene, builtin};
 use seamtrack::units::{PixelPoint, StripeAxis};
 
@@ -101,6 +103,68 @@ fn the_truth_of_a_lap_joint_is_the_midpoint_between_the_stripes_ends() {
     let end = half_crossing(&upper, seam.u_px, upper[(seam.u_px - 40.0) as usize]);
     let start = half_crossing(&lower, seam.u_px, lower[(seam.u_px + 40.0) as usize]);
     assert!((0.5 * (end + start) - seam.u_px).abs() < 0.35, "{end} {start} {seam:?}");
+}
+
+/// The scene on a sensor of 5 million pixels, the stripe's standard width and tilt as given.
+fn on_a_large_sensor(name: &str, sigma_px: f64, tilt: f64) -> Scenario {
+    let mut scenario = bare(name);
+    (scenario.image.width_px, scenario.image.height_px) = (2592, 2048);
+    (scenario.stripe.sigma_px, scenario.stripe.tilt) = (sigma_px, tilt);
+    scenario
+}
+
+#[test]
+fn the_centroid_of_thin_and_thick_tilted_stripes_in_a_large_picture_is_where_the_truth_has_it() {
+    for sigma_px in [0.8, 1.3, 5.0] {
+        let scene = Scene::new(&on_a_large_sensor("A-butt", sigma_px, 0.268), 1).unwrap();
+        let seam = scene.truth(9).seam.unwrap();
+        let frame = scene.render(9);
+        // From 120 px on nothing is left of the droop of the gap's edges.
+        for u in (60..2540).step_by(31).filter(|&u| (u as f64 - seam.u_px).abs() > 120.0) {
+            let expected = seam.v_px + 0.268 * (u as f64 - seam.u_px);
+            assert!((ridge(&frame, u) - expected).abs() < 0.02, "σ {sigma_px}: {} {expected}", ridge(&frame, u));
+        }
+    }
+}
+
+#[test]
+fn the_truth_of_a_gap_and_a_step_hundreds_of_pixels_wide_is_what_the_picture_shows() {
+    let mut butt = on_a_large_sensor("A-butt", 3.0, 0.0);
+    butt.joint = Joint::Butt(Butt { gap_px: Ramp::Constant(267.0), depth_px: 200.0, ..Butt::default() });
+    let scene = Scene::new(&butt, 1).unwrap();
+    let seam = scene.truth(5).seam.unwrap();
+    assert_eq!(scene.truth(5).gap_px, Some(267.0));
+    let v = seam.v_px.round() as usize;
+    let plates = light_in_rows(&scene.render(5), v - 15..v + 20);
+    let plate = plates[(seam.u_px - 300.0) as usize];
+    let edges = [-133.5, 133.5].map(|half| half_crossing(&plates, seam.u_px + half, plate));
+    assert!((0.5 * (edges[0] + edges[1]) - seam.u_px).abs() < 0.05, "{edges:?} {seam:?}");
+
+    let mut lap = on_a_large_sensor("B-lap", 3.0, 0.0);
+    lap.joint = Joint::Lap(Lap { step_px: Ramp::Constant(533.0), glint: 0.0, ..Lap::default() });
+    let scene = Scene::new(&lap, 1).unwrap();
+    let seam = scene.truth(5).seam.unwrap();
+    let frame = scene.render(5);
+    let rows = [-300, 300].map(|away| ridge(&frame, (seam.u_px as i64 + away) as usize));
+    assert!((rows[0] - seam.v_px + 266.5).abs() < 0.02 && (rows[1] - seam.v_px - 266.5).abs() < 0.02, "{rows:?}");
+}
+
+#[test]
+fn half_the_gain_is_half_the_light_and_thicker_spatter_covers_more() {
+    let frame = |gain: f64, thickness: f64| {
+        let mut scenario = bare("A-butt");
+        // What overflows is not halved.
+        (scenario.sensor.gain, scenario.sensor.bloom) = (gain, 0.0);
+        scenario.arc_on_frame = 0;
+        scenario.spatter = Some(Spatter { tracks: 15.0, thickness, ..Spatter::default() });
+        Scene::new(&scenario, 1).unwrap().render(3)
+    };
+    let (full, half) = (frame(1.0, 1.0), frame(0.5, 1.0));
+    for (full, half) in full.pixels().iter().zip(half.pixels()).filter(|(full, _)| **full < 255) {
+        assert!((f64::from(*full) / 2.0 - f64::from(*half)).abs() <= 0.75, "{full} {half}");
+    }
+    let lit = |frame: &GrayFrame| frame.pixels().iter().filter(|grey| **grey > 60).count();
+    assert!(lit(&frame(1.0, 3.0)) > 2 * lit(&full));
 }
 
 /// Centroid row of a column.
@@ -228,7 +292,9 @@ fn unknown_keys_and_numbers_out_of_range_are_refused_by_name() {
         ("gap_px = 13.0", "gap_px = nan", "gap_px"),
         ("gap_px = 13.0", "gap_with = 3.0", "gap_with"),
         ("tilt = 0.03", "tilt = inf", "tilt"),
-        ("width_px = 640", "width_px = 4096", "width_px"),
+        ("width_px = 640", "width_px = 2593", "width_px"),
+        ("gain = 1.0", "gain = 0.0", "gain"),
+        ("bent_length_px = 11.0", "bent_length_px = 0.0", "bent_length_px"),
         ("px_per_frame = 0.548", "px_per_frame = nan", "px_per_frame"),
     ] {
         assert!(text.contains(from), "{from} in {text}");

@@ -39,9 +39,38 @@ fn an_existing_folder_is_kept_unless_forced_and_then_only_a_recording_goes() {
     synth(&[]).assert().success();
     synth(&[]).assert().code(1).stderr(contains("--force"));
     synth(&["--force"]).assert().success();
-    fs::remove_file(folder.path().join("rec/scenario.toml")).unwrap();
-    synth(&["--force"]).assert().code(1).stderr(contains("not a made-up recording"));
-    assert!(folder.path().join("rec/truth.csv").is_file());
+    // What was added or changed since is the user's.
+    for file in ["notes.txt", "frames/frame_000000.png", "scenario.toml"] {
+        let path = folder.path().join("rec").join(file);
+        let before = fs::read(&path).ok();
+        fs::write(&path, "mine").unwrap();
+        synth(&["--force"]).assert().code(1).stderr(contains(file).and(contains("move it away")));
+        assert_eq!(fs::read(&path).unwrap(), b"mine");
+        match before {
+            Some(bytes) => fs::write(&path, bytes).unwrap(),
+            None => fs::remove_file(&path).unwrap(),
+        }
+    }
+    synth(&["--force"]).assert().success();
+}
+
+#[test]
+fn a_scenario_in_a_project_does_not_make_the_project_a_recording() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("proj");
+    seamtrack().args(["synth", "flat", "--frames", "1", "-o"]).arg(folder.path().join("rec")).assert().success();
+    fs::create_dir_all(project.join("src")).unwrap();
+    fs::copy(folder.path().join("rec/scenario.toml"), project.join("scenario.toml")).unwrap();
+    fs::write(project.join("src/main.py"), "years of work").unwrap();
+    let scenario = project.join("scenario.toml");
+    for target in [project.clone(), project.join("src/..")] {
+        let run = seamtrack().arg("synth").arg(&scenario).arg("-o").arg(target).arg("--force").assert();
+        run.code(1).stderr(contains("scenario.toml, which is read"));
+    }
+    assert_eq!(fs::read_to_string(project.join("src/main.py")).unwrap(), "years of work");
+    // Nor does one that came from elsewhere.
+    seamtrack().args(["synth", "flat", "--frames", "1", "--force", "-o"]).arg(&project).assert().code(1);
+    assert!(project.join("src/main.py").is_file() && scenario.is_file());
 }
 
 #[test]

@@ -24,7 +24,7 @@ impl std::str::FromStr for Origin {
     fn from_str(text: &str) -> Result<Self, String> {
         match text {
             "first" => Ok(Self::First),
-            "centre" => Ok(Self::Centre),
+            "centre" | "center" => Ok(Self::Centre),
             _ => match text.parse::<f64>() {
                 Ok(px) if px.is_finite() => Ok(Self::At(px)),
                 _ => Err("expected first, centre or a pixel coordinate".into()),

@@ -88,10 +88,10 @@ mod tests {
                 sensor.plane_from_pixel(point, axis)
             };
             let here = at(u_px, v_px);
-            let J = sensor.jacobian_mm_per_px(PixelPoint::new(u_px, v_px), axis);
+            let jacobian = sensor.jacobian_mm_per_px(PixelPoint::new(u_px, v_px), axis);
             for (column, there) in [at(u_px + 1.0, v_px), at(u_px, v_px + 1.0)].into_iter().enumerate() {
-                prop_assert!((there.lateral_mm - here.lateral_mm - J[(0, column)]).abs() < 1e-9);
-                prop_assert!((there.height_mm - here.height_mm - J[(1, column)]).abs() < 1e-9);
+                prop_assert!((there.lateral_mm - here.lateral_mm - jacobian[(0, column)]).abs() < 1e-9);
+                prop_assert!((there.height_mm - here.height_mm - jacobian[(1, column)]).abs() < 1e-9);
             }
         }
     }

@@ -4,10 +4,13 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::ensure;
+use seamtrack::output::Reads;
 use seamtrack::report::compare::{availability_lines, check_same_recording, comparison_rows, tell_apart};
 use seamtrack::report::page::{DEFAULT_MAX_BYTES, write_comparison};
 use seamtrack::report::run::Run;
 use seamtrack::report::terminal::text_table;
+
+use super::say;
 
 /// Compare several runs on one recording in one page and one table
 #[derive(Debug, clap::Args)]
@@ -26,19 +29,24 @@ pub struct Compare {
 impl Compare {
     /// Run the subcommand.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let page = self.output.display();
-        ensure!(self.force || !self.output.exists(), "{page} exists; --force overwrites it, -o names another file");
+        let mut reads = Reads::default();
+        self.dirs.iter().for_each(|dir| reads.add(dir));
+        reads.refuse(&self.output, "-o")?;
+        let page = say::shown(&self.output);
+        ensure!(!self.output.is_dir(), "{page} is a folder: name a file for the page with -o");
+        let exists = self.output.symlink_metadata().is_ok();
+        ensure!(self.force || !exists, "{page} exists; --force overwrites it, -o names another file");
         let mut runs = self.dirs.iter().map(|dir| Run::read(dir)).collect::<Result<Vec<_>, _>>()?;
         check_same_recording(&runs)?;
         tell_apart(&mut runs);
         let rows = comparison_rows(&runs);
         write_comparison(&self.output, &runs, &rows, DEFAULT_MAX_BYTES)?;
-        if rows.is_empty() {
-            availability_lines(&runs).iter().for_each(|line| println!("{line}"));
-        } else {
-            print!("{}", text_table(&rows));
-        }
-        eprintln!("wrote {page}");
+        let text = match rows.as_slice() {
+            [] => availability_lines(&runs).join("\n") + "\n",
+            rows => text_table(rows),
+        };
+        say::tell(&format!("wrote {page}"));
+        say::print(&text.lines().map(|line| say::plain(line) + "\n").collect::<String>())?;
         Ok(ExitCode::SUCCESS)
     }
 }

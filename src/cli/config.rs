@@ -26,7 +26,7 @@ impl PrintConfig {
         let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
         config.preset = self.preset.unwrap_or(config.preset);
         config.method()?;
-        print!("{}", toml::to_string(&config)?);
+        super::say::print(&toml::to_string(&config)?)?;
         Ok(ExitCode::SUCCESS)
     }
 }

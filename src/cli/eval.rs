@@ -11,17 +11,19 @@ use seamtrack::report::summary::{Calibration, ErrorTable, read_summary};
 use seamtrack::run::error_table;
 use seamtrack::units::{MmPerPx, StripeAxis};
 
+use super::say;
+
 /// Compare a path with a truth: errors in millimetres along the stripe.
 #[derive(Debug, Args)]
 pub struct Eval {
-    /// The path of a run.
-    #[arg(value_name = "path.csv")]
+    /// The path of a run, or its folder.
+    #[arg(value_name = "path.csv|DIR")]
     path: PathBuf,
     /// The truth: frame,u_px,v_px,x_mm,occluded; the coordinate along the stripe suffices.
     #[arg(value_name = "truth.csv")]
     truth: PathBuf,
     /// Scale in mm/px, instead of the one in the summary.json beside the path.
-    #[arg(long)]
+    #[arg(long, allow_negative_numbers = true)]
     mm_per_px: Option<MmPerPx>,
     /// How the stripe runs, instead of what stands in the summary.json beside the path.
     #[arg(long)]
@@ -40,7 +42,7 @@ enum Stripe {
 impl Eval {
     /// Prints the errors.
     pub fn run(&self) -> Result<ExitCode> {
-        let rows = read_path_csv(&self.path)?;
+        let rows = read_path_csv(&self.path())?;
         let truth = read_truth(&self.truth)?;
         let (scale, axis) = self.scale_and_axis()?;
         let Some(table) = error_table(&rows, &truth, axis, scale) else {
@@ -51,11 +53,15 @@ impl Eval {
             );
         };
         if self.json {
-            println!("{}", serde_json::to_string_pretty(&table)?);
+            say::print(&(serde_json::to_string_pretty(&table)? + "\n"))?;
         } else {
-            print_table(&table);
+            say::print(&text_of(&table))?;
         }
         Ok(ExitCode::SUCCESS)
+    }
+
+    fn path(&self) -> PathBuf {
+        if self.path.is_dir() { self.path.join("path.csv") } else { self.path.clone() }
     }
 
     fn scale_and_axis(&self) -> Result<(MmPerPx, StripeAxis)> {
@@ -66,7 +72,7 @@ impl Eval {
         if let (Some(scale), Some(axis)) = (self.mm_per_px, axis) {
             return Ok((scale, axis));
         }
-        let file = self.path.with_file_name("summary.json");
+        let file = self.path().with_file_name("summary.json");
         let Calibration { mm_per_px, stripe, .. } = read_summary(&file)
             .context("the run's scale and axis are not known; give --mm-per-px and --stripe")?
             .calibration;
@@ -74,18 +80,22 @@ impl Eval {
     }
 }
 
-fn print_table(table: &ErrorTable) {
-    println!("error in mm   mean abs     max  std abs    rmse     p95    bias  in 2σ  frames  wrong  unavailable");
+fn text_of(table: &ErrorTable) -> String {
+    let mut text =
+        "error in mm   mean abs     max  std abs    rmse     p95    bias  in 2σ  frames  wrong  unavailable\n"
+            .to_owned();
     for (name, estimator) in
         [("KCF", Estimator::Kcf), ("filtered", Estimator::Filtered), ("smoothed", Estimator::Smoothed)]
     {
         if let Some(errors) = table.of(estimator) {
-            println!("{}", line(name, errors));
+            text += &line(name, errors);
+            text.push('\n');
         }
     }
     if table == &ErrorTable::default() {
-        println!("no frame has both a value and a truth");
+        text += "no frame has both a value and a truth\n";
     }
+    text
 }
 
 fn line(name: &str, e: &Errors) -> String {

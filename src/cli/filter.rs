@@ -13,14 +13,20 @@ use seamtrack::kalman::adaptive::{NoiseAdaptation, complete_frames_gate, filter_
 use seamtrack::kalman::fit::{self, Filtered};
 use seamtrack::kalman::literal::LiteralAdaptation;
 use seamtrack::kalman::{ChiSquareGate, Frame, Gaussian, Model, Width, smoother, with_displacement};
+use seamtrack::output::{Existing, Reads, WholeFolder};
 use serde_json::{Map, json};
 
 use measurements::Measurements;
 use output::{Outcome, Row};
 use parameters::{ModelKind, Parameters};
 
+use super::say;
+
 /// Frames the start's noise statistics count for in the printed equations: with 0 every matrix is lost at once.
 const LITERAL_START_FRAMES: u32 = 20;
+
+/// Lines that are fitted in seconds; of more, the user is told.
+const QUICK_FIT_LINES: usize = 20_000;
 
 /// Filter and smooth any measured series with the model of a paper
 ///
@@ -52,7 +58,7 @@ pub struct Filter {
     /// Noise parameters as TOML, named as the flags are; flags come first
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Overwrite existing results
+    /// Replace the results of an earlier run
     #[arg(long)]
     force: bool,
     #[command(flatten)]
@@ -69,15 +75,17 @@ impl Filter {
             bail!("--literal is of --model adaptive, without --fit");
         }
         let folder = self.folder();
-        if !self.force && folder.join(output::CSV_NAME).exists() {
-            bail!(
-                "{} already holds results: choose another folder with -o, or overwrite with --force",
-                folder.display()
-            );
-        }
+        let mut reads = Reads::default();
+        [Some(&self.input), self.config.as_ref()].into_iter().flatten().for_each(|file| reads.add(file));
+        reads.refuse(&folder, "-o")?;
+        let results = WholeFolder::begin(&folder, Existing::forced(self.force))?;
         let series = Measurements::read(&self.input)?;
-        std::fs::create_dir_all(&folder).with_context(|| format!("cannot make the folder {}", folder.display()))?;
-        let outcome = self.outcome(&series, &parameters).with_context(|| self.input.display().to_string())?;
+        if self.fit && series.time_s.len() > QUICK_FIT_LINES {
+            say::tell(&format!("fitting {} measurements takes minutes; a part of them may do", series.time_s.len()));
+        }
+        let name = || self.input.display().to_string();
+        let outcome = self.outcome(&series, &parameters).with_context(name)?;
+        outcome.check_finite().with_context(name)?;
         let run = [
             ("input", json!(self.input.to_string_lossy())),
             ("model", json!(clap::ValueEnum::to_possible_value(&self.model).map(|value| value.get_name().to_owned()))),
@@ -86,12 +94,14 @@ impl Filter {
         ];
         let run = run.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
         let summary = outcome.summary(run);
-        output::write(&folder, &series, &outcome, &summary)?;
-        println!("{}", folder.join(output::CSV_NAME).display());
+        output::write(results.path(), &series, &outcome, &summary)?;
+        results.finish()?;
+        let mut text = format!("{}\n", say::shown(&folder.join(output::CSV_NAME)));
         for parameter in &outcome.parameters {
-            println!("{} = {} # {}", parameter.name, parameter.value, parameter.unit);
+            text += &format!("{} = {} # {}\n", parameter.name, output::digits(parameter.value), parameter.unit);
         }
-        println!("mean NIS {} (consistent within {})", summary["nis"]["mean"], summary["nis"]["consistent_band_999"]);
+        text += &output::nis_line(&summary);
+        say::print(&text).context("the results are written, but")?;
         Ok(ExitCode::SUCCESS)
     }
 
@@ -192,7 +202,7 @@ fn literal(model: &Width, frames: &[Frame<2>]) -> anyhow::Result<Outcome> {
     }
     let mut more = Map::new();
     if let Some((line, matrix)) = lost {
-        eprintln!("seamtrack: from measurement {} on {matrix} is no covariance any more: do not trust σ", line + 1);
+        say::tell(&format!("from measurement {} on {matrix} is no covariance any more: do not trust σ", line + 1));
         more.insert("lost_definiteness".into(), json!({"measurement": line + 1, "matrix": matrix.to_string()}));
     }
     let parameters = model.parameters().to_vec();

@@ -7,6 +7,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use seamtrack::eval::read_truth;
 use seamtrack::meltpool::{Measure, Noise};
+use seamtrack::output::{Claims, Existing, Reads, WholeFolder};
 use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::pool::{
@@ -17,11 +18,16 @@ use seamtrack::report::results::{PathRow, Status};
 use seamtrack::report::summary::SCHEMA_VERSION;
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::run::meltpool::{PoolOutcome, PoolSettings, measure_pool};
-use seamtrack::source::{SizeCheck, open_intensity};
+use seamtrack::source::{Period, SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
 use serde_json::json;
 
-use super::track::{exit_code, keep_copy, name_of, parse_percentage, refuse_to_draw_over, refuse_to_overwrite};
+use super::drawing::{self, Drawing};
+use super::say;
+use super::signals::wait_if_ending;
+use super::track::{exit_code, is_copy_in, name_of, parse_percentage};
+use super::troubles::Troubles;
+use super::truth::TruthCopy;
 
 /// Where the infrared paper's beam lies, equation (1) \[px\].
 const INFRARED_ZERO_PX: f64 = 268.0;
@@ -48,12 +54,13 @@ pub struct Meltpool {
     #[arg(long, value_name = "otsu|VALUE", default_value = "otsu", value_parser = parse_threshold, allow_negative_numbers = true)]
     threshold: Level,
     /// Scale across the travel; the default is the infrared paper's 1/114
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     mm_per_px: Option<MmPerPx>,
     /// Coordinate across the travel where the tip's offset is 0
     #[arg(long, value_name = "PX", default_value_t = INFRARED_ZERO_PX, value_parser = parse_finite, allow_negative_numbers = true)]
     zero: f64,
-    /// Time from frame to frame [s], for recordings without time stamps [default: 0.001 for a tip, 0.1 for a width]
+    /// Time from frame to frame [s], for recordings without time stamps [default: a video's own frame rate, else 0.001 for
+    /// a tip, 0.1 for a width]
     #[arg(long, value_name = "S", value_parser = parse_period)]
     period: Option<f64>,
     /// The filter's noise levels: fitted to the recording, or the papers' own
@@ -103,6 +110,13 @@ enum NoiseFrom {
     Paper,
 }
 
+/// One recording to measure.
+struct Job<'a> {
+    input: &'a Path,
+    output: PathBuf,
+    overlay: Option<PathBuf>,
+}
+
 /// A fixed level, or Otsu's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Level(Option<f64>);
@@ -114,29 +128,23 @@ impl Meltpool {
         if several && self.truth.is_some() {
             bail!("--truth belongs to one recording: measure them one by one");
         }
-        let jobs: Vec<(&Path, PathBuf)> =
-            self.inputs.iter().map(|input| (input.as_path(), self.target(input))).collect();
-        for (i, (input, output)) in jobs.iter().enumerate() {
-            if let Some((twin, _)) = jobs[..i].iter().find(|(_, other)| other == output) {
-                bail!(
-                    "{} and {} would both write to {}: measure them one by one with -o",
-                    twin.display(),
-                    input.display(),
-                    output.display()
-                );
-            }
-            refuse_to_overwrite(output, self.force)?;
-            refuse_to_draw_over(input, self.overlay.as_deref())?;
+        let jobs: Vec<Job<'_>> = self.inputs.iter().map(|input| self.job(input)).collect();
+        self.check_places(&jobs)?;
+        if let [job] = jobs.as_slice() {
+            let (available, text) = self.measure_one(job)?;
+            say::print(&text).context("the results are written, but")?;
+            return Ok(exit_code(available));
         }
-        if let [(input, output)] = jobs.as_slice() {
-            return Ok(exit_code(self.measure_one(input, output)?));
-        }
-        let (mut failed, mut all_available) = (0, true);
-        for (input, output) in &jobs {
-            match self.measure_one(input, output) {
-                Ok(available) => all_available &= available,
+        let (mut failed, mut all_available, mut printed) = (0, true, Ok(()));
+        for job in &jobs {
+            match self.measure_one(job) {
+                Ok((available, text)) => {
+                    all_available &= available;
+                    printed = printed.and(say::print(&text));
+                }
                 Err(error) => {
-                    eprintln!("seamtrack: {}", super::one_line(&error));
+                    wait_if_ending();
+                    say::tell(&say::one_line(error.as_ref()));
                     failed += 1;
                 }
             }
@@ -144,15 +152,38 @@ impl Meltpool {
         if failed > 0 {
             bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
         }
+        printed.context("the results are written, but")?;
         Ok(exit_code(all_available))
     }
 
-    fn target(&self, input: &Path) -> PathBuf {
-        match &self.output {
-            Some(folder) if self.inputs.len() == 1 => folder.clone(),
-            Some(folder) => folder.join(name_of(input)),
-            None => Path::new("results").join(name_of(input)),
+    /// Refuses, before anything is written, every place where something would be lost.
+    fn check_places(&self, jobs: &[Job<'_>]) -> anyhow::Result<()> {
+        let (mut reads, mut claims, existing) = (Reads::default(), Claims::default(), Existing::forced(self.force));
+        for job in jobs {
+            reads.add(job.input);
+            if let Some(truth) = self.truth.as_deref().filter(|truth| !is_copy_in(truth, &job.output)) {
+                reads.add(truth);
+            }
         }
+        for job in jobs {
+            let name = job.input.display().to_string();
+            reads.refuse(&job.output, "-o")?;
+            claims.claim(&job.output, &name)?;
+            WholeFolder::check(&job.output, existing)?;
+            if let Some(overlay) = &job.overlay {
+                reads.refuse(overlay, "--overlay")?;
+                claims.claim(overlay, &name)?;
+                drawing::check(overlay, &job.output, existing)?;
+            }
+        }
+        Ok(claims.check_apart()?)
+    }
+
+    fn job<'a>(&self, input: &'a Path) -> Job<'a> {
+        let (several, name) = (self.inputs.len() > 1, name_of(input));
+        let within = |place: &PathBuf| if several { place.join(&name) } else { place.clone() };
+        let output = self.output.as_ref().map_or_else(|| Path::new("results").join(&name), within);
+        Job { input, output, overlay: self.overlay.as_ref().map(within) }
     }
 
     fn settings(&self) -> PoolSettings {
@@ -179,46 +210,86 @@ impl Meltpool {
         }
     }
 
-    /// Measures one recording; whether there was a value often enough.
-    fn measure_one(&self, input: &Path, output: &Path) -> anyhow::Result<bool> {
-        let settings = self.settings();
-        let source = open_intensity(input, settings.period_s)?;
+    /// Measures one recording: whether there was a value often enough, and what there is to say.
+    fn measure_one(&self, job: &Job<'_>) -> anyhow::Result<(bool, String)> {
+        let input = job.input;
+        let (settings, existing) = (self.settings(), Existing::forced(self.force));
+        let truth =
+            self.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, TruthCopy::read(file)?))).transpose()?;
+        let source = open_intensity(input, self.period(&settings))?;
+        let settings = PoolSettings { period_s: source.period_s(), ..settings };
         let kind = source.kind();
-        std::fs::create_dir_all(output).with_context(|| format!("cannot make the folder {}", output.display()))?;
+        let mut troubles = Troubles::of(input);
+        source.notes().iter().for_each(|note| troubles.note(note));
+        let folder = WholeFolder::begin(&job.output, existing)?;
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let outcome = measure_pool(source, &settings, |seen| match seen.picture {
-            Err(error) => eprintln!("seamtrack: frame {}: {error}", seen.frame),
+            Err(error) => troubles.unreadable(seen.frame, error),
             Ok(to_gray) => {
                 let status = if seen.is_measured { Status::Tracked } else { Status::Coasting };
                 let row = PathRow::empty(seen.frame, String::new(), 0.0, status);
                 thumbnails.offer(&row, &to_gray(), &seen.marks.to_frame_marks());
             }
         });
+        troubles.end();
         let outcome = outcome.with_context(|| input.display().to_string())?;
-        let errors = self.truth.as_deref().map(|file| errors(file, &settings, &outcome)).transpose()?;
-        write_pool_csv(&output.join("path.csv"), &outcome.rows)?;
+        let errors = truth.as_ref().map(|(file, _)| errors(file, &settings, &outcome)).transpose()?;
+        write_pool_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         let summary = self.summary(input, kind, &settings, &outcome, errors)?;
-        write_pool_summary(&output.join("summary.json"), &summary)?;
-        let truth_copy = output.join(seamtrack::report::truth::FILE_NAME);
-        match &self.truth {
-            Some(file) => keep_copy(file, &truth_copy)?,
-            None if truth_copy.exists() => std::fs::remove_file(&truth_copy)?,
-            None => {}
+        write_pool_summary(&folder.path().join("summary.json"), &summary)?;
+        if let Some((_, truth)) = &truth {
+            truth.keep(folder.path())?;
         }
         if self.trace {
-            write_trace(&output.join("trace.csv"), &outcome)?;
+            write_trace(&folder.path().join("trace.csv"), &outcome)?;
         }
-        thumbnails.write(output)?;
-        write_pool_report(output)?;
-        if let Some(overlay) = &self.overlay {
-            let target = if self.inputs.len() == 1 { overlay.clone() } else { overlay.join(name_of(input)) };
-            draw_overlay(input, &target, &settings, &outcome)?;
+        thumbnails.write(folder.path())?;
+        write_pool_report(folder.path())?;
+        match &job.overlay {
+            None => folder.finish()?,
+            Some(overlay) => {
+                let place = Drawing::begin(overlay, &folder, existing)?;
+                let writer = self.draw_overlay(input, place.path(), &settings, &outcome)?;
+                place.finish(writer, folder)?;
+            }
         }
+        let mut said = String::new();
         if !self.quiet {
-            print!("{}", text(&outcome, &summary));
-            println!("results: {}", output.join("report.html").display());
+            said = text(&outcome, &summary);
+            said += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        Ok(100.0 * outcome.unavailable_frames() as f64 <= self.max_unavailable * outcome.rows.len() as f64)
+        let unavailable = 100.0 * outcome.unavailable_frames() as f64;
+        Ok((unavailable <= self.max_unavailable * outcome.rows.len() as f64, said))
+    }
+
+    /// The user's time between frames, else a video's own, else the paper's.
+    const fn period(&self, settings: &PoolSettings) -> Period {
+        match self.period {
+            Some(period_s) => Period::Given(period_s),
+            None => Period::OwnOr(settings.period_s),
+        }
+    }
+
+    /// Reads the recording a second time and draws the finished path into it.
+    fn draw_overlay(
+        &self,
+        input: &Path,
+        target: &Path,
+        settings: &PoolSettings,
+        outcome: &PoolOutcome,
+    ) -> anyhow::Result<OverlayWriter> {
+        let mut writer = OverlayWriter::create(target, 1.0 / settings.period_s)?;
+        let mut source = open_intensity(input, self.period(settings))?;
+        let mut sizes = SizeCheck::default();
+        for ((row, marks), refusal) in outcome.rows.iter().zip(&outcome.marks).zip(&outcome.refusals) {
+            let Some(frame) = source.next_frame() else { break };
+            if let Ok(picture) = sizes.admit_intensity(frame).picture {
+                let note = refusal.map_or("", |refusal| refusal.name());
+                draw(&mut writer, &picture.to_gray(), row, marks, note)?;
+            }
+        }
+        writer.complete()?;
+        Ok(writer)
     }
 
     fn summary(
@@ -281,21 +352,6 @@ fn errors(file: &Path, settings: &PoolSettings, outcome: &PoolOutcome) -> anyhow
         bail!("{} has no frame of this recording", file.display());
     }
     Ok(outcome.errors(&truth_px, settings.mm_per_px))
-}
-
-/// Reads the recording a second time and draws the finished path into it.
-fn draw_overlay(input: &Path, target: &Path, settings: &PoolSettings, outcome: &PoolOutcome) -> anyhow::Result<()> {
-    let mut writer = OverlayWriter::create(target, 1.0 / settings.period_s)?;
-    let mut source = open_intensity(input, settings.period_s)?;
-    let mut sizes = SizeCheck::default();
-    for ((row, marks), refusal) in outcome.rows.iter().zip(&outcome.marks).zip(&outcome.refusals) {
-        let Some(frame) = source.next_frame() else { break };
-        if let Ok(picture) = sizes.admit_intensity(frame).picture {
-            let note = refusal.map_or("", |refusal| refusal.name());
-            draw(&mut writer, &picture.to_gray(), row, marks, note)?;
-        }
-    }
-    Ok(writer.finish()?)
 }
 
 fn write_trace(path: &Path, outcome: &PoolOutcome) -> anyhow::Result<()> {

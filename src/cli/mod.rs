@@ -2,13 +2,19 @@
 
 mod compare;
 mod config;
+mod drawing;
 mod eval;
 mod filter;
+mod manifest;
 mod meltpool;
 mod report;
 mod reproduce;
+pub mod say;
+pub mod signals;
 mod synth;
 mod track;
+mod troubles;
+mod truth;
 
 use std::process::ExitCode;
 
@@ -52,16 +58,4 @@ impl Cli {
             Command::Reproduce(reproduce) => reproduce.run(),
         }
     }
-}
-
-/// An error and its causes in one line, no cause twice.
-pub fn one_line(error: &anyhow::Error) -> String {
-    let mut line = String::new();
-    for cause in error.chain().map(|cause| cause.to_string().trim().replace('\n', " ")) {
-        if !line.contains(&cause) {
-            line += if line.is_empty() { "" } else { ": " };
-            line += &cause;
-        }
-    }
-    line
 }

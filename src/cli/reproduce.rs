@@ -33,7 +33,7 @@ impl Reproduce {
         let all = [Paper::Zhang, Paper::Du, Paper::Infrared, Paper::Jiang];
         for paper in all.into_iter().filter(|paper| self.paper == Paper::All || self.paper == *paper) {
             for table in tables(paper)? {
-                println!("{table}");
+                super::say::print(&format!("{table}\n"))?;
             }
         }
         Ok(ExitCode::SUCCESS)

@@ -7,9 +7,12 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::output::{Existing, Reads};
 use seamtrack::synth::pool::PoolScenario;
 use seamtrack::synth::recording::{write_pool_recording, write_recording};
 use seamtrack::synth::{Scenario, builtin};
+
+use super::say;
 
 /// Make up a recording whose truth is known: frames/, truth.csv, scenario.toml.
 #[derive(Debug, Args)]
@@ -29,7 +32,7 @@ pub struct Synth {
     /// Show the built-in scenes, one line each.
     #[arg(long)]
     list: bool,
-    /// Replace an earlier recording.
+    /// Replace an earlier recording that was made up there, if nothing was changed since.
     #[arg(long)]
     force: bool,
 }
@@ -43,23 +46,30 @@ impl Synth {
         let (Some(name), Some(output)) = (&self.scenario, &self.output) else {
             bail!("a scenario and an output folder are needed");
         };
+        let scenario_file = Path::new(name);
+        if is_file(scenario_file) {
+            let mut reads = Reads::default();
+            reads.add(scenario_file);
+            reads.refuse(output, "-o")?;
+        }
+        let existing = Existing::forced(self.force);
         match chosen(name)? {
             Chosen::Stripe(mut scenario) => {
                 scenario.seed = self.seed.unwrap_or(scenario.seed);
                 scenario.frames = self.frames.unwrap_or(scenario.frames);
                 let bar = progress_bar(scenario.frames)?;
-                write_recording(&scenario, output, self.force, || bar.inc(1))?;
+                write_recording(&scenario, output, existing, || bar.inc(1))?;
                 bar.finish_and_clear();
             }
             Chosen::Pool(mut scenario) => {
                 scenario.seed = self.seed.unwrap_or(scenario.seed);
                 scenario.frames = self.frames.unwrap_or(scenario.frames);
                 let bar = progress_bar(scenario.frames)?;
-                write_pool_recording(&scenario, output, self.force, || bar.inc(1))?;
+                write_pool_recording(&scenario, output, existing, || bar.inc(1))?;
                 bar.finish_and_clear();
             }
         }
-        println!("{}", output.display());
+        say::print(&format!("{}\n", say::shown(output)))?;
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -74,8 +84,7 @@ enum Chosen {
 /// pool's.
 fn chosen(name: &str) -> Result<Chosen> {
     let file = Path::new(name);
-    let is_file = file.extension().is_some_and(|extension| extension == "toml") || file.is_file();
-    if !is_file {
+    if !is_file(file) {
         let pool = builtin::pool_names().iter().any(|known| known.eq_ignore_ascii_case(name));
         return Ok(if pool {
             Chosen::Pool(Box::new(builtin::pool_scenario(name)?))
@@ -91,15 +100,21 @@ fn chosen(name: &str) -> Result<Chosen> {
     })
 }
 
+fn is_file(scenario: &Path) -> bool {
+    scenario.extension().is_some_and(|extension| extension == "toml") || scenario.is_file()
+}
+
 fn list() -> Result<ExitCode> {
+    let mut text = String::new();
     for name in builtin::names() {
         let scenario = builtin::scenario(&name)?;
         let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
-        println!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)", scenario.description);
+        text += &format!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)\n", scenario.description);
     }
     for name in builtin::pool_names() {
-        println!("{name:22} {}", builtin::pool_scenario(&name)?.description);
+        text += &format!("{name:22} {}\n", builtin::pool_scenario(&name)?.description);
     }
+    say::print(&text)?;
     Ok(ExitCode::SUCCESS)
 }
 

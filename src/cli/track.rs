@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use seamtrack::calib::Origin;
 use seamtrack::config::{Config, Joint, Preset, Stripe};
-use seamtrack::eval::read_truth;
+use seamtrack::output::{Claims, Existing, Reads, WholeFolder, listing};
 use seamtrack::report::export::{Exports, write_exports};
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
@@ -20,8 +20,14 @@ use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::run::{RunOutcome, error_table};
-use seamtrack::source::SizeCheck;
+use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
+
+use super::drawing::{self, Drawing};
+use super::signals::wait_if_ending;
+use super::troubles::Troubles;
+use super::truth::Truth;
+use super::{manifest, say};
 
 /// Find the seam in each frame of a recording and estimate its path in millimetres
 #[derive(Debug, Args)]
@@ -32,7 +38,7 @@ pub struct Track {
     /// Folder for the results; one folder a recording in it when there are several [default: results/<name>]
     #[arg(short, long, value_name = "DIR")]
     output: Option<PathBuf>,
-    /// More recordings: a CSV with the columns input[,truth]
+    /// More recordings: a CSV with the columns input[,truth], with commas or semicolons
     #[arg(long, value_name = "FILE")]
     manifest: Option<PathBuf>,
     /// Recordings tracked at a time
@@ -41,25 +47,25 @@ pub struct Track {
     /// Configuration (TOML); `seamtrack config --print` shows every key
     #[arg(long, value_name = "FILE")]
     config: Option<PathBuf>,
-    /// Pipeline
+    /// Pipeline [default: robust]
     #[arg(long)]
     preset: Option<Preset>,
-    /// The joint to follow
+    /// The joint to follow [default: auto]
     #[arg(long)]
     joint: Option<Joint>,
-    /// Which way the stripe runs
+    /// Which way the stripe runs [default: auto]
     #[arg(long)]
     stripe: Option<Stripe>,
     /// The seam in the first frame, if you know better than the seed
     #[arg(long, value_name = "U,V", value_parser = parse_point)]
     seed_at: Option<PixelPoint>,
     /// Scale along the stripe
-    #[arg(long, value_name = "MM")]
+    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     mm_per_px: Option<MmPerPx>,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
     #[arg(long, default_value = "first")]
     origin: Origin,
-    /// Time from frame to frame [s], for recordings without time stamps
+    /// Time from frame to frame [s], for recordings without time stamps [default: a video's own frame rate, else 0.2]
     #[arg(long, value_name = "S")]
     period: Option<f64>,
     /// Travel speed of the torch [mm/s], to write the way travelled into path.csv
@@ -83,7 +89,7 @@ pub struct Track {
     /// Also write trace.csv: what was measured in each frame and why it was accepted or refused
     #[arg(long)]
     trace: bool,
-    /// Overwrite existing results
+    /// Replace the results of an earlier run, and its overlay
     #[arg(long)]
     force: bool,
     /// Print nothing but errors
@@ -96,31 +102,50 @@ struct Job {
     input: PathBuf,
     output: PathBuf,
     truth: Option<PathBuf>,
+    overlay: Option<PathBuf>,
 }
+
+/// What became of it: whether the seam was available often enough, and what there is to say.
+struct Done {
+    available: bool,
+    text: String,
+}
+
+/// Recordings tracked at a time for each processor: more only take memory from one another. Chosen.
+const THREADS_PER_PROCESSOR: usize = 4;
 
 impl Track {
     /// Tracks every recording; the worst exit code wins.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
         let jobs = self.job_list()?;
-        for job in &jobs {
-            refuse_to_overwrite(&job.output, self.force)?;
-            refuse_to_draw_over(&job.input, self.overlay.as_deref())?;
-        }
+        self.check_places(&jobs)?;
         if let [job] = jobs.as_slice() {
-            let available = self.track_one(job, &config, true)?;
-            return Ok(exit_code(available));
+            let done = self.track_one(job, &config, true)?;
+            say::print(&done.text).context("the results are written, but")?;
+            return Ok(exit_code(done.available));
         }
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.jobs.into()).build()?;
-        let results: Vec<anyhow::Result<bool>> =
-            pool.install(|| jobs.par_iter().map(|job| self.track_one(job, &config, false)).collect());
+        // More threads than recordings or processors have nothing to do.
+        let processors = std::thread::available_parallelism().map_or(1, usize::from);
+        let threads = usize::from(self.jobs).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
+        let results: Vec<anyhow::Result<(bool, anyhow::Result<()>)>> = pool.install(|| {
+            let tracked =
+                |job| self.track_one(job, &config, false).map(|done| (done.available, say::print(&done.text)));
+            jobs.par_iter().map(tracked).collect()
+        });
+        wait_if_ending();
         let mut failed = 0;
         let mut all_available = true;
+        let mut printed = Ok(());
         for (job, result) in jobs.iter().zip(results) {
             match result {
-                Ok(available) => all_available &= available,
+                Ok((available, print)) => {
+                    all_available &= available;
+                    printed = printed.and(print);
+                }
                 Err(error) => {
-                    eprintln!("seamtrack: {}: {}", job.input.display(), super::one_line(&error));
+                    say::tell(&format!("{}: {}", job.input.display(), say::one_line(error.as_ref())));
                     failed += 1;
                 }
             }
@@ -128,7 +153,34 @@ impl Track {
         if failed > 0 {
             bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
         }
+        printed.context("the results are written, but")?;
         Ok(exit_code(all_available))
+    }
+
+    /// Refuses, before anything is written, every place where something would be lost.
+    fn check_places(&self, jobs: &[Job]) -> anyhow::Result<()> {
+        let mut reads = Reads::default();
+        [&self.manifest, &self.config].into_iter().flatten().for_each(|file| reads.add(file));
+        for job in jobs {
+            reads.add(&job.input);
+            if let Some(truth) = job.truth.as_deref().filter(|truth| !is_copy_in(truth, &job.output)) {
+                reads.add(truth);
+            }
+        }
+        let existing = Existing::forced(self.force);
+        let mut claims = Claims::default();
+        for job in jobs {
+            let name = job.input.display().to_string();
+            reads.refuse(&job.output, "-o")?;
+            claims.claim(&job.output, &name)?;
+            WholeFolder::check(&job.output, existing)?;
+            if let Some(overlay) = &job.overlay {
+                reads.refuse(overlay, "--overlay")?;
+                claims.claim(overlay, &name)?;
+                drawing::check(overlay, &job.output, existing)?;
+            }
+        }
+        Ok(claims.check_apart()?)
     }
 
     fn effective_config(&self) -> anyhow::Result<Config> {
@@ -149,7 +201,7 @@ impl Track {
         let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
             self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
         if let Some(manifest) = &self.manifest {
-            let listed = read_manifest(manifest)?;
+            let listed = manifest::read(manifest)?;
             if listed.is_empty() {
                 bail!("{} lists no recording: add a line with the path of one", manifest.display());
             }
@@ -159,37 +211,28 @@ impl Track {
             bail!("--truth belongs to one recording: for several, put the truths into a --manifest");
         }
         let several = inputs.len() > 1;
-        let folder = self.output.clone();
-        let jobs: Vec<Job> = inputs
-            .into_iter()
-            .map(|(input, truth)| {
-                let output = match (&folder, several) {
-                    (Some(folder), false) => folder.clone(),
-                    (Some(folder), true) => folder.join(name_of(&input)),
-                    (None, _) => Path::new("results").join(name_of(&input)),
-                };
-                Job { input, output, truth }
-            })
-            .collect();
-        for (i, job) in jobs.iter().enumerate() {
-            if let Some(twin) = jobs[..i].iter().find(|other| other.output == job.output) {
-                bail!(
-                    "{} and {} would both write to {}: track them one by one with -o",
-                    twin.input.display(),
-                    job.input.display(),
-                    job.output.display()
-                );
-            }
-        }
-        Ok(jobs)
+        let jobs = inputs.into_iter().map(|(input, truth)| {
+            let name = name_of(&input);
+            let output = match &self.output {
+                Some(folder) if several => folder.join(&name),
+                Some(folder) => folder.clone(),
+                None => Path::new("results").join(&name),
+            };
+            let overlay = self.overlay.as_ref().map(|place| if several { place.join(&name) } else { place.clone() });
+            Job { input, output, truth, overlay }
+        });
+        Ok(jobs.collect())
     }
 
-    /// Tracks one recording; whether the seam was available often enough.
-    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<bool> {
-        let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, read_truth(file)?))).transpose()?;
-        let source = seamtrack::source::open(&job.input, config.period_s)?;
-        std::fs::create_dir_all(&job.output)
-            .with_context(|| format!("cannot make the folder {}", job.output.display()))?;
+    /// Tracks one recording.
+    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Done> {
+        let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
+        let source = seamtrack::source::open(&job.input, self.period(config))?;
+        let config = &Config { period_s: source.period_s(), ..config.clone() };
+        let mut troubles = Troubles::of(&job.input);
+        source.notes().iter().for_each(|note| troubles.note(note));
+        let existing = Existing::forced(self.force);
+        let folder = WholeFolder::begin(&job.output, existing)?;
         let kind = source.kind();
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
@@ -197,7 +240,7 @@ impl Track {
         let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
-                Err(error) => progress.suspend(|| eprintln!("seamtrack: frame {}: {error}", seen.row.frame)),
+                Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
             }
             if self.trace {
                 trace.push(seen.trace());
@@ -205,41 +248,79 @@ impl Track {
             progress.inc(1);
         });
         progress.finish_and_clear();
-        let outcome = outcome.with_context(|| job.input.display().to_string())?;
+        troubles.end();
+        let outcome = if alone { outcome.with_context(|| job.input.display().to_string())? } else { outcome? };
 
         let errors = match (&truth, outcome.axis) {
             (Some((file, truth)), Some(axis)) => {
-                let table = error_table(&outcome.rows, truth, axis, config.mm_per_px);
+                let table = error_table(&outcome.rows, &truth.rows, axis, config.mm_per_px);
+                truth.tell_if_short(file, outcome.rows.len());
                 Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
             }
             _ => None,
         };
         let input = job.input.to_string_lossy();
         let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
-        write_path_csv(&job.output.join("path.csv"), &outcome.rows)?;
-        write_summary(&job.output.join("summary.json"), &summary)?;
-        let truth_copy = job.output.join(seamtrack::report::truth::FILE_NAME);
-        match &truth {
-            Some((file, _)) => keep_copy(file, &truth_copy)?,
-            None if truth_copy.exists() => std::fs::remove_file(&truth_copy)?,
-            None => {}
+        write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
+        write_summary(&folder.path().join("summary.json"), &summary)?;
+        if let Some((_, truth)) = &truth {
+            truth.keep_copy(folder.path())?;
         }
         if self.trace {
-            write_trace_csv(&job.output.join("trace.csv"), &trace)?;
+            write_trace_csv(&folder.path().join("trace.csv"), &trace)?;
         }
-        thumbnails.write(&job.output)?;
-        let run = Run::read(&job.output)?;
+        thumbnails.write(folder.path())?;
+        let run = Run::read(folder.path())?;
         write_exports(&run, Exports { tum: self.tum, ..Exports::default() })?;
-        if let Some(overlay) = &self.overlay {
-            let target = if alone { overlay.clone() } else { overlay.join(name_of(&job.input)) };
-            draw_overlay(&job.input, &target, config, &outcome)?;
+        match &job.overlay {
+            None => folder.finish()?,
+            Some(overlay) => {
+                let place = Drawing::begin(overlay, &folder, existing)?;
+                let writer = self.draw_overlay(&job.input, place.path(), config, &outcome)?;
+                place.finish(writer, folder)?;
+            }
         }
+        let mut text = String::new();
         if !self.quiet {
-            let colour = Colour::for_stdout();
-            print!("{}", terminal_summary(&run, colour));
-            println!("results: {}", job.output.join("report.html").display());
+            text += &terminal_summary(&run, Colour::for_stdout());
+            text += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        Ok(100.0 * outcome.unavailable_frames() as f64 <= self.max_unavailable * outcome.rows.len() as f64)
+        let unavailable = 100.0 * outcome.unavailable_frames() as f64;
+        Ok(Done { available: unavailable <= self.max_unavailable * outcome.rows.len() as f64, text })
+    }
+
+    /// The user's time between frames, else the recording's own or the configuration's default.
+    fn period(&self, config: &Config) -> Period {
+        let is_in_file = |file: &PathBuf| {
+            let text = std::fs::read_to_string(file).unwrap_or_default();
+            text.parse::<toml::Table>().is_ok_and(|table| table.contains_key("period_s"))
+        };
+        if self.period.is_some() || self.config.as_ref().is_some_and(is_in_file) {
+            Period::Given(config.period_s)
+        } else {
+            Period::OwnOr(config.period_s)
+        }
+    }
+
+    /// Reads the recording a second time and draws the finished path into it.
+    fn draw_overlay(
+        &self,
+        input: &Path,
+        target: &Path,
+        config: &Config,
+        outcome: &RunOutcome,
+    ) -> anyhow::Result<OverlayWriter> {
+        let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
+        let mut source = seamtrack::source::open(input, self.period(config))?;
+        let mut sizes = SizeCheck::default();
+        for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+            let Some(frame) = source.next_frame() else { break };
+            if let Ok(picture) = sizes.admit(frame).picture {
+                writer.add(&picture, row, marks)?;
+            }
+        }
+        writer.complete()?;
+        Ok(writer)
     }
 
     fn progress(&self, frames: Option<usize>, alone: bool) -> ProgressBar {
@@ -250,27 +331,6 @@ impl Track {
         let style = ProgressStyle::with_template("{bar:40} {pos}/{len} frames, {per_sec}, {eta} left");
         bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
     }
-}
-
-/// Reads the recording a second time and draws the finished path into it.
-fn draw_overlay(input: &Path, target: &Path, config: &Config, outcome: &RunOutcome) -> anyhow::Result<()> {
-    let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
-    let mut source = seamtrack::source::open(input, config.period_s)?;
-    let mut sizes = SizeCheck::default();
-    for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
-        let Some(frame) = source.next_frame() else { break };
-        if let Ok(picture) = sizes.admit(frame).picture {
-            writer.add(&picture, row, marks)?;
-        }
-    }
-    Ok(writer.finish()?)
-}
-
-/// The truth beside the results, for the report; nothing to do when it lies there already.
-pub(super) fn keep_copy(from: &Path, to: &Path) -> anyhow::Result<()> {
-    let bytes = std::fs::read(from).with_context(|| format!("cannot read {}", from.display()))?;
-    seamtrack::report::atomic::write_atomically(to, |file| std::io::Write::write_all(file, &bytes))?;
-    Ok(())
 }
 
 /// A configuration whose numbers are in their ranges, so that an error can name the file.
@@ -284,33 +344,22 @@ pub(super) fn exit_code(available: bool) -> ExitCode {
     if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
 }
 
-pub(super) fn refuse_to_overwrite(output: &Path, force: bool) -> anyhow::Result<()> {
-    if !force && output.join("path.csv").exists() {
-        bail!("{} already holds results: choose another folder with -o, or overwrite with --force", output.display());
-    }
-    // Results keep the truth that they were judged by under this name.
-    let truth = output.join(seamtrack::report::truth::FILE_NAME);
-    if truth.exists() && !output.join("path.csv").exists() {
-        bail!("{} is not of earlier results and would be replaced: choose another folder with -o", truth.display());
-    }
-    Ok(())
+/// Whether a truth is the copy that an earlier run left in the folder of the results: the next run may replace it.
+pub(super) fn is_copy_in(truth: &Path, results: &Path) -> bool {
+    let (Ok(truth), Ok(results)) = (truth.canonicalize(), results.canonicalize()) else { return false };
+    truth == results.join(seamtrack::report::truth::FILE_NAME)
+        && listing::proves(&results, seamtrack::report::truth::FILE_NAME)
 }
 
-/// The overlay's pictures never go where the recording is.
-pub(super) fn refuse_to_draw_over(input: &Path, overlay: Option<&Path>) -> anyhow::Result<()> {
-    let Some(overlay) = overlay else { return Ok(()) };
-    let target = overlay.canonicalize();
-    let is_target = |path: PathBuf| path.canonicalize().is_ok_and(|path| target.as_ref().is_ok_and(|t| *t == path));
-    if is_target(input.to_owned()) || is_target(input.join("frames")) {
-        bail!("--overlay {} would draw over the recording itself: name another place", overlay.display());
-    }
-    Ok(())
-}
-
-/// The folder's or file's own name, without the extension of a file.
+/// The folder's or file's own name, without the extension of a file; of a folder called `frames`, that of the one above.
 pub(super) fn name_of(input: &Path) -> PathBuf {
     let absolute = input.canonicalize().unwrap_or_else(|_| input.to_owned());
-    let name = if absolute.is_dir() { absolute.file_name() } else { absolute.file_stem() };
+    let above = || absolute.parent().and_then(Path::file_name);
+    let name = match absolute.file_name() {
+        Some(name) if absolute.is_dir() && name == "frames" => above().or(Some(name)),
+        name if absolute.is_dir() => name,
+        _ => absolute.file_stem(),
+    };
     PathBuf::from(name.unwrap_or_else(|| "recording".as_ref()))
 }
 
@@ -327,24 +376,4 @@ pub(super) fn parse_percentage(text: &str) -> Result<f64, String> {
         Ok(percent) if (0.0..=100.0).contains(&percent) => Ok(percent),
         _ => Err("expected a percentage from 0 to 100".into()),
     }
-}
-
-fn read_manifest(manifest: &Path) -> anyhow::Result<Vec<(PathBuf, Option<PathBuf>)>> {
-    let context = || format!("cannot read the manifest {}", manifest.display());
-    let mut reader = csv::Reader::from_path(manifest).with_context(context)?;
-    let folder = manifest.parent().unwrap_or(Path::new("."));
-    let headers = reader.headers().with_context(context)?.clone();
-    let Some(input) = headers.iter().position(|name| name == "input") else {
-        bail!("{}: the first line must name a column `input` (and may name `truth`)", manifest.display());
-    };
-    let truth = headers.iter().position(|name| name == "truth");
-    reader
-        .records()
-        .map(|record| {
-            let record = record.with_context(context)?;
-            let path = |column: usize| record.get(column).filter(|text| !text.is_empty()).map(|text| folder.join(text));
-            let Some(input) = path(input) else { bail!("{}: a line has no input", manifest.display()) };
-            Ok((input, truth.and_then(path)))
-        })
-        .collect()
 }

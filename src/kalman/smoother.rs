@@ -68,7 +68,10 @@ pub fn bryson_frazier<const N: usize, const M: usize>(trajectory: &Trajectory<N,
 #[must_use]
 pub fn fixed_lag<const N: usize, const M: usize>(trajectory: &Trajectory<N, M>, lag: usize) -> Vec<Gaussian<N>> {
     let steps = &trajectory.steps;
-    let later = |index: usize| &steps[index..steps.len().min(index.saturating_add(lag))];
+    if lag >= steps.len() {
+        return bryson_frazier(trajectory);
+    }
+    let later = |index: usize| &steps[index..steps.len().min(index + lag)];
     let adjoint = |index| later(index).iter().rev().fold(Adjoint::nothing(), |adjoint, step| adjoint.through(step));
     trajectory.filtered().enumerate().map(|(index, filtered)| adjoint(index).smooth(filtered)).collect()
 }

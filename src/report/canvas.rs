@@ -5,7 +5,10 @@ use std::path::Path;
 
 use image::RgbImage;
 use opencv::core::{Mat, MatTraitConst, MatTraitConstManual, Point, Rect, Scalar, Size, Vector};
-use opencv::videoio::{CAP_FFMPEG, VideoWriter, VideoWriterTrait, VideoWriterTraitConst};
+use opencv::videoio::{
+    CAP_FFMPEG, CAP_PROP_FRAME_COUNT, VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst, VideoWriter,
+    VideoWriterTrait, VideoWriterTraitConst,
+};
 use opencv::{Result, imgproc};
 
 use super::marks::RoiBox;
@@ -95,7 +98,16 @@ fn bgr([red, green, blue]: Rgb) -> Scalar {
     Scalar::new(f64::from(blue), f64::from(green), f64::from(red), 0.0)
 }
 
-/// An MPEG-4 video file being written.
+/// Pictures that a video file holds by its own account, if the first one can be read; else none.
+pub(super) fn frames_of_video(path: &Path) -> Result<usize> {
+    let Some(name) = path.to_str() else { return Ok(0) };
+    let mut video = VideoCapture::from_file(name, CAP_FFMPEG)?;
+    let mut first = Mat::default();
+    let is_readable = video.is_opened()? && video.read(&mut first)? && !first.empty();
+    Ok(if is_readable { video.get(CAP_PROP_FRAME_COUNT)?.max(0.0) as usize } else { 0 })
+}
+
+/// A video file being written.
 pub(super) struct VideoFile {
     writer: VideoWriter,
     size: Size,
@@ -105,9 +117,15 @@ impl VideoFile {
     /// Open `path`; `None` when OpenCV cannot encode MPEG-4 or write there.
     pub(super) fn create(path: &Path, frames_per_second: f64, first: &Canvas) -> Result<Option<Self>> {
         let size = first.image.size()?;
-        let codec = VideoWriter::fourcc('m', 'p', '4', 'v')?;
-        let writer = VideoWriter::new_with_backend(path, CAP_FFMPEG, codec, frames_per_second, size, true)?;
-        Ok(if writer.is_opened()? { Some(Self { writer, size }) } else { None })
+        // H.264, which browsers play; where FFmpeg has no encoder for it, MPEG-4 part 2.
+        for codec in [['a', 'v', 'c', '1'], ['m', 'p', '4', 'v']] {
+            let codec = VideoWriter::fourcc(codec[0], codec[1], codec[2], codec[3])?;
+            let writer = VideoWriter::new_with_backend(path, CAP_FFMPEG, codec, frames_per_second, size, true)?;
+            if writer.is_opened()? {
+                return Ok(Some(Self { writer, size }));
+            }
+        }
+        Ok(None)
     }
 
     /// Append a picture; `false` when its size is not that of the first one (OpenCV would drop it in silence).

@@ -21,6 +21,15 @@ impl Default for Exports {
     }
 }
 
+/// Names of the TUM trajectories without their ending: the estimates', then the truth's.
+pub fn trajectory_names() -> impl Iterator<Item = &'static str> {
+    TRAJECTORIES.iter().map(|&(_, name)| name).chain([TRUE_TRAJECTORY])
+}
+
+const TRAJECTORIES: [(Estimator, &str); 3] =
+    [(Estimator::Kcf, "kcf"), (Estimator::Filtered, "filtered"), (Estimator::Smoothed, "smoothed")];
+const TRUE_TRAJECTORY: &str = "truth";
+
 /// Write `report.html` and, if asked, `kcf.tum`, `filtered.tum`, `smoothed.tum` and `truth.tum` into the run's
 /// directory.
 ///
@@ -30,9 +39,8 @@ pub fn write_exports(run: &Run, exports: Exports) -> Result<(), ResultsError> {
     write_report(&run.dir.join("report.html"), run, exports.max_page_bytes)?;
     if exports.tum {
         let origin_px = run.origin_px();
-        let estimates = [(Estimator::Kcf, "kcf"), (Estimator::Filtered, "filtered"), (Estimator::Smoothed, "smoothed")];
-        let truth = run.true_position_mm(origin_px).map(|truth| ("truth", truth));
-        let paths = estimates.map(|(estimator, name)| (name, run.position_mm(estimator, origin_px)));
+        let truth = run.true_position_mm(origin_px).map(|truth| (TRUE_TRAJECTORY, truth));
+        let paths = TRAJECTORIES.map(|(estimator, name)| (name, run.position_mm(estimator, origin_px)));
         for (name, positions) in paths.into_iter().chain(truth) {
             let samples = run.rows.iter().map(|row| row.time_s).zip(positions);
             write_tum(&run.dir.join(format!("{name}.tum")), samples)?;

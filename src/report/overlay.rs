@@ -5,10 +5,11 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 
 use super::atomic::{ResultsError, write_atomically};
-use super::canvas::{Canvas, Rgb, VideoFile};
+use super::canvas::{Canvas, Rgb, VideoFile, frames_of_video};
 use super::marks::FrameMarks;
 use super::results::{Estimator, PathRow, Status};
 use crate::frame::GrayFrame;
+use crate::output::unfinished::{self, Removal};
 
 /// Colours of Okabe and Ito, which stay apart for colour-blind eyes; each mark has its own shape as well.
 const STRIPE: Rgb = [86, 180, 233];
@@ -82,6 +83,12 @@ pub enum OverlayError {
         /// The video file.
         path: PathBuf,
     },
+    /// The video lacks frames that were written into it.
+    #[error("cannot write the video {}: it could not be read back whole; is the disk full?", path.display())]
+    Incomplete {
+        /// The video file.
+        path: PathBuf,
+    },
     /// A frame of another size in the middle of a video.
     #[error("cannot add frame {frame} to the video {}: its size differs from the first frame's", path.display())]
     Size {
@@ -96,6 +103,8 @@ pub enum OverlayError {
 }
 
 /// Writes the overlay frame by frame. Give it rows with the smoothed columns filled to see the smoothed centre.
+///
+/// A video has a name of its own until [`finish`](Self::finish); dropped before, it leaves nothing.
 pub struct OverlayWriter {
     path: PathBuf,
     frames_per_second: f64,
@@ -104,7 +113,26 @@ pub struct OverlayWriter {
 
 enum Target {
     Folder,
-    Video { unfinished: PathBuf, video: Option<VideoFile> },
+    Video { unfinished: Unfinished, video: Option<VideoFile>, frames: usize },
+}
+
+/// A video under its own name, removed unless it is finished.
+struct Unfinished(PathBuf);
+
+impl Unfinished {
+    fn beside(path: &Path) -> Self {
+        let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+        let own = path.with_file_name(format!(".{name}.{}.part.mp4", std::process::id()));
+        unfinished::note(&own, Removal::Whole);
+        Self(own)
+    }
+}
+
+impl Drop for Unfinished {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_file(&self.0);
+        unfinished::forget(&self.0);
+    }
 }
 
 impl OverlayWriter {
@@ -120,7 +148,7 @@ impl OverlayWriter {
                 .map_err(|source| ResultsError::Write { path: folder.to_owned(), source })?;
         }
         let target = if is_video {
-            Target::Video { unfinished: path.with_extension("part.mp4"), video: None }
+            Target::Video { unfinished: Unfinished::beside(path), video: None, frames: 0 }
         } else {
             Target::Folder
         };
@@ -147,30 +175,47 @@ impl OverlayWriter {
                     rgb.write_with_encoder(encoder).map_err(write)
                 })?)
             }
-            Target::Video { unfinished, video } => {
+            Target::Video { unfinished, video, frames } => {
                 let mut open = match video.take() {
                     Some(open) => open,
-                    None => VideoFile::create(unfinished, self.frames_per_second, &picture)?
+                    None => VideoFile::create(&unfinished.0, self.frames_per_second, &picture)?
                         .ok_or_else(|| OverlayError::Video { path: self.path.clone() })?,
                 };
                 if !open.add(&picture)? {
                     return Err(OverlayError::Size { path: self.path.clone(), frame });
                 }
                 *video = Some(open);
+                *frames += 1;
                 Ok(())
             }
         }
+    }
+
+    /// Close the video and read it back: OpenCV says nothing when the disk is full.
+    ///
+    /// # Errors
+    /// When the file does not hold every frame.
+    pub fn complete(&mut self) -> Result<(), OverlayError> {
+        if let Target::Video { unfinished, video, frames } = &mut self.target
+            && let Some(open) = video.take()
+        {
+            open.finish()?;
+            if frames_of_video(&unfinished.0)? != *frames {
+                return Err(OverlayError::Incomplete { path: self.path.clone() });
+            }
+        }
+        Ok(())
     }
 
     /// Close the video and give it its name.
     ///
     /// # Errors
     /// When the video cannot be finished.
-    pub fn finish(self) -> Result<(), OverlayError> {
-        if let Target::Video { unfinished, video: Some(video) } = self.target {
-            video.finish()?;
-            std::fs::rename(&unfinished, &self.path)
-                .map_err(|source| ResultsError::Write { path: self.path, source })?;
+    pub fn finish(mut self) -> Result<(), OverlayError> {
+        self.complete()?;
+        if let Target::Video { unfinished, frames: 1.., .. } = &self.target {
+            std::fs::rename(&unfinished.0, &self.path)
+                .map_err(|source| ResultsError::Write { path: self.path.clone(), source })?;
         }
         Ok(())
     }
@@ -233,6 +278,8 @@ mod tests {
         }
         let other = GrayFrame::filled(80, 100, 20).unwrap();
         assert!(matches!(overlay.add(&other, &row, &marks), Err(OverlayError::Size { frame: 3, .. })));
+        drop(overlay);
+        assert_eq!(std::fs::read_dir(dir.path()).unwrap().count(), 0, "an unfinished video goes");
         let mut overlay = OverlayWriter::create(&path, 5.0).unwrap();
         for _ in 0..4 {
             overlay.add(&frame, &row, &marks).unwrap();

@@ -28,6 +28,12 @@ pub enum Status {
 }
 
 impl Status {
+    /// Whether a frame of this status has a value.
+    #[must_use]
+    pub const fn has_value(self) -> bool {
+        matches!(self, Self::Tracked | Self::Coasting)
+    }
+
     /// The name used in `path.csv`.
     #[must_use]
     pub const fn name(self) -> &'static str {

@@ -78,31 +78,39 @@ impl Run {
         self.summary.calibration.origin_px.or_else(first).unwrap_or(0.0)
     }
 
-    /// Frames without a value after the seam was first confirmed; all of them when it never was.
+    /// Frames without a value where there is a seam: of all frames, or of those that the truth has a seam in.
     #[must_use]
     pub fn unavailable(&self) -> Unavailable {
-        let found = self.rows.iter().position(|row| row.status == Status::Tracked);
-        let missing = self.rows[found.unwrap_or(0)..].iter().filter(|row| row.x_mm.is_none()).count();
-        Unavailable { found_at: found, missing, of: self.rows.len() }
+        let found_at = self.rows.iter().position(|row| row.status == Status::Tracked);
+        let has_seam =
+            |frame: usize| self.truth_px.as_ref().is_none_or(|truth| truth.get(frame).is_some_and(Option::is_some));
+        let without = |from: usize| {
+            let rows = self.rows.iter().enumerate().skip(from);
+            rows.filter(|(frame, row)| !row.status.has_value() && has_seam(*frame)).count()
+        };
+        let of = (0..self.rows.len()).filter(|&frame| has_seam(frame)).count();
+        Unavailable { found_at, missing: without(found_at.unwrap_or(0)), without_value: without(0), of }
     }
 }
 
-/// Availability of the seam after it was first confirmed.
+/// Availability of the seam.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Unavailable {
     /// First tracked frame.
     pub found_at: Option<usize>,
     /// Frames without a value from there on.
     pub missing: usize,
-    /// Frames of the recording.
+    /// Frames without a value, those before the seam was found included.
+    pub without_value: usize,
+    /// Frames with a seam.
     pub of: usize,
 }
 
 impl Unavailable {
-    /// Missing frames \[%\] of the recording.
+    /// Frames without a value \[%\].
     #[must_use]
     pub fn percent(self) -> f64 {
-        if self.of == 0 { 100.0 } else { 100.0 * self.missing as f64 / self.of as f64 }
+        if self.of == 0 { 100.0 } else { 100.0 * self.without_value as f64 / self.of as f64 }
     }
 }
 

@@ -99,6 +99,12 @@ pub struct FrameCounts {
     pub repeated: usize,
     /// Frames of which over a twentieth is at full scale.
     pub saturated: usize,
+    /// Frames whose picture had not changed for so long that the camera must have stopped.
+    #[serde(default)]
+    pub frozen: usize,
+    /// Frames whose stamp is no number or not later than the one before.
+    #[serde(default)]
+    pub bad_stamps: usize,
 }
 
 /// The kind of joint.
@@ -110,6 +116,9 @@ pub struct Joint {
     pub decided_at_frame: Option<usize>,
     /// Why, in one sentence.
     pub reason: String,
+    /// The kind that the frames show where another was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub contradicted_by: Option<String>,
     /// Joints found later in the recording, or the same one found again.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub later: Vec<Self>,

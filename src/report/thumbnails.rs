@@ -139,17 +139,13 @@ impl ThumbnailStore {
         self.kept.into_values().zip(worst).map(|(thumbnail, worst)| Thumbnail { worst, ..thumbnail }).collect()
     }
 
-    /// Write `dir/thumbnails`, replacing a former one.
+    /// Write `dir/thumbnails`, which must not exist.
     ///
     /// # Errors
-    /// When the folder cannot be written.
+    /// When the folder exists or cannot be written.
     pub fn write(self, dir: &Path) -> Result<(), ResultsError> {
         let folder = dir.join(FOLDER);
-        let failed = |source| ResultsError::Write { path: folder.clone(), source };
-        match std::fs::remove_dir_all(&folder) {
-            Err(error) if error.kind() != std::io::ErrorKind::NotFound => return Err(failed(error)),
-            _ => std::fs::create_dir(&folder).map_err(failed)?,
-        }
+        std::fs::create_dir(&folder).map_err(|source| ResultsError::Write { path: folder.clone(), source })?;
         let thumbnails = self.into_thumbnails();
         for thumbnail in &thumbnails {
             write_atomically(&folder.join(file_name(thumbnail.frame)), |file| file.write_all(&thumbnail.jpeg))?;

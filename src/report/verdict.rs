@@ -2,11 +2,18 @@
 
 use super::results::Estimator;
 use super::run::Run;
+use super::summary::{FrameCounts, Joint};
 
 /// `--max-unavailable` when the summary does not say \[%\]: the contract's default.
 const MAX_UNAVAILABLE_PCT: f64 = 5.0;
 /// Above this share of coasting frames a person should look \[%\]: chosen, the same as for unavailable ones.
 const MAX_COASTING_PCT: f64 = 5.0;
+/// Below this share within 2 σ of the truth σ is not to be believed: chosen.
+const MIN_COVERAGE: f64 = 0.8;
+/// A seam that moves by less than this over at least so many frames does not move \[px\]: plate edges are ragged and arms
+/// shake by more. Measured on what is fixed to the picture: .04 to .12 px; on straight seams from 1 px up.
+const STILL_RANGE_PX: f64 = 0.5;
+const LEAST_MOVING_FRAMES: usize = 30;
 /// 95 % quantile of χ² with one degree of freedom: a consistent filter's NIS is below it on 95 % of the frames.
 pub const NIS_95: f64 = 3.841;
 /// Below this share of NIS under [`NIS_95`] the filter's σ is doubtful \[%\]: chosen, five points under the expected 95.
@@ -77,32 +84,118 @@ pub fn verdict(run: &Run) -> Verdict {
     Verdict { trust, sentence: sentence + ".", doubts, facts: facts(run) }
 }
 
+/// What speaks against trust. The one place that decides on badge, first sentence and exit code.
 fn doubts(run: &Run) -> (Trust, Vec<String>) {
-    let unavailable = run.unavailable();
-    let limit_pct = run.summary.limits.max_unavailable_pct.unwrap_or(MAX_UNAVAILABLE_PCT);
-    let coasting_pct = 100.0 * run.summary.frames.coasting as f64 / run.summary.frames.total.max(1) as f64;
-    let wrong = run.summary.errors.as_ref().and_then(|errors| errors.filtered).map_or(0, |e| e.wrong_frames);
-    let mut found: Vec<(Trust, String)> = Vec::new();
-    if unavailable.missing > 0 {
-        let trust = if unavailable.percent() > limit_pct { Trust::Bad } else { Trust::Check };
-        let percent = unavailable.percent();
-        found.push((trust, format!("No value on {percent:.1} % of the frames (limit {limit_pct} %).")));
-    }
-    if wrong > 0 {
-        found.push((Trust::Bad, format!("{wrong} values claim to be valid and are off by over 1 mm.")));
-    }
-    if coasting_pct > MAX_COASTING_PCT {
-        found.push((Trust::Check, format!("{coasting_pct:.1} % of the frames are predictions only.")));
-    }
-    if let Some(consistency) = consistency(run)
-        && consistency.below_95_pct < MIN_CONSISTENT_PCT
-    {
-        let trust = if consistency.below_95_pct < MIN_USABLE_PCT { Trust::Bad } else { Trust::Check };
-        let percent = 100.0 - consistency.below_95_pct;
-        found.push((trust, format!("{percent:.0} % of the measurements contradict the filter, 5 % expected.")));
-    }
+    let found: Vec<(Trust, String)> =
+        [availability(run), camera(run), truth(run), joint(run), consistency_doubts(run), motion(run)]
+            .into_iter()
+            .flatten()
+            .collect();
     let worst = found.iter().map(|&(trust, _)| trust).max().unwrap_or(Trust::Good);
     (worst, found.into_iter().map(|(_, doubt)| doubt).collect())
+}
+
+type Doubts = Vec<(Trust, String)>;
+
+/// Bad above the limit of the run, to be checked below it.
+fn beyond(run: &Run, percent: f64) -> Trust {
+    if percent > limit_pct(run) { Trust::Bad } else { Trust::Check }
+}
+
+fn limit_pct(run: &Run) -> f64 {
+    run.summary.limits.max_unavailable_pct.unwrap_or(MAX_UNAVAILABLE_PCT)
+}
+
+fn percent_of(run: &Run, count: usize) -> f64 {
+    100.0 * count as f64 / run.summary.frames.total.max(1) as f64
+}
+
+/// Frames without a value, those before the seam was found included, and frames with a prediction only.
+fn availability(run: &Run) -> Doubts {
+    let unavailable = run.unavailable();
+    let mut doubts = vec![];
+    let percent = unavailable.percent();
+    if unavailable.missing > 0 || percent > limit_pct(run) {
+        let limit_pct = limit_pct(run);
+        doubts.push((beyond(run, percent), format!("No value on {percent:.1} % of the frames (limit {limit_pct} %).")));
+    }
+    let coasting_pct = percent_of(run, run.summary.frames.coasting);
+    if coasting_pct > MAX_COASTING_PCT {
+        doubts.push((Trust::Check, format!("{coasting_pct:.1} % of the frames are predictions only.")));
+    }
+    doubts
+}
+
+/// A camera that stood still, and stamps that tell no time.
+fn camera(run: &Run) -> Doubts {
+    let FrameCounts { frozen, bad_stamps, .. } = run.summary.frames;
+    let mut doubts = vec![];
+    if frozen > 0 {
+        let text = format!("The camera froze: on {frozen} frames the picture had not changed for long.");
+        doubts.push((beyond(run, percent_of(run, frozen)), text));
+    }
+    if bad_stamps > 0 {
+        let text = format!(
+            "{bad_stamps} time stamps are no number or do not rise: their frames count as not seen. Mend timestamps.csv, or take it away and give --period."
+        );
+        doubts.push((beyond(run, percent_of(run, bad_stamps)), text));
+    }
+    doubts
+}
+
+/// Values that the truth contradicts, filtered or smoothed.
+fn truth(run: &Run) -> Doubts {
+    let Some(errors) = &run.summary.errors else { return vec![] };
+    let mut doubts = vec![];
+    for estimator in [Estimator::Filtered, Estimator::Smoothed] {
+        let Some(errors) = errors.of(estimator) else { continue };
+        let name = estimator.name();
+        if errors.wrong_frames > 0 {
+            let wrong = errors.wrong_frames;
+            doubts.push((Trust::Bad, format!("{wrong} {name} values claim to be valid and are off by over 1 mm.")));
+        }
+        if let Some(coverage) = errors.coverage_2sigma.filter(|coverage| *coverage < MIN_COVERAGE) {
+            let percent = 100.0 * coverage;
+            doubts
+                .push((Trust::Check, format!("Only {percent:.0} % of the {name} values lie within 2 σ of the truth.")));
+        }
+    }
+    doubts
+}
+
+/// A joint that is not the one asked for.
+fn joint(run: &Run) -> Doubts {
+    let Joint { kind, contradicted_by, .. } = &run.summary.joint;
+    let contradiction = |seen: &String| {
+        (Trust::Bad, format!("A {kind} joint was asked for, but the frames show a {seen}: try --joint {seen} or auto."))
+    };
+    contradicted_by.iter().map(contradiction).collect()
+}
+
+/// Measurements that the filter's own σ does not explain.
+fn consistency_doubts(run: &Run) -> Doubts {
+    let Some(Consistency { below_95_pct, .. }) = consistency(run) else { return vec![] };
+    if below_95_pct >= MIN_CONSISTENT_PCT {
+        return vec![];
+    }
+    let trust = if below_95_pct < MIN_USABLE_PCT { Trust::Bad } else { Trust::Check };
+    let percent = 100.0 - below_95_pct;
+    vec![(trust, format!("{percent:.0} % of the measurements contradict the filter, 5 % expected."))]
+}
+
+/// A seam that never moves is a mark fixed to the picture, or the recording shows a plate at rest.
+fn motion(run: &Run) -> Doubts {
+    let axis = run.summary.calibration.stripe;
+    let along: Vec<f64> = run.rows.iter().filter_map(|row| row.along_px(Estimator::Filtered, axis)).collect();
+    let (least, most) = along.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(*x), b.max(*x)));
+    if along.len() < LEAST_MOVING_FRAMES || most - least > STILL_RANGE_PX {
+        return vec![];
+    }
+    let text = format!(
+        "The seam stays within {:.2} px over the whole recording: a plate at rest, or dirt on the glass, a dead column or a gap in the laser's line.",
+        most - least
+    );
+    vec![(Trust::Check, text)]
 }
 
 fn facts(run: &Run) -> Vec<String> {
@@ -162,10 +255,10 @@ pub fn consistency(run: &Run) -> Option<Consistency> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::eval::Errors;
     use crate::report::results::{PathRow, Status};
-    use crate::report::summary::{
-        Calibration, FrameCounts, Input, Joint, Limits, Percentiles, SCHEMA_VERSION, Summary, Timing,
-    };
+    use crate::report::summary::ErrorTable;
+    use crate::report::summary::{Calibration, Input, Limits, Percentiles, SCHEMA_VERSION, Summary, Timing};
     use crate::units::{MmPerPx, StripeAxis};
 
     /// A run with one letter a frame: t, c, l, s as in the page.
@@ -210,7 +303,13 @@ mod tests {
                     lost: count('l'),
                     ..FrameCounts::default()
                 },
-                joint: Joint { kind: "butt".into(), decided_at_frame: None, reason: String::new(), later: vec![] },
+                joint: Joint {
+                    kind: "butt".into(),
+                    decided_at_frame: None,
+                    reason: String::new(),
+                    contradicted_by: None,
+                    later: vec![],
+                },
                 timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
                 errors: None,
             },
@@ -236,6 +335,72 @@ mod tests {
         let overconfident = verdict(&run(&"t".repeat(100), 5.0));
         assert_eq!(overconfident.trust, Trust::Bad);
         assert!(overconfident.doubts[0].contains("contradict"), "{:?}", overconfident.doubts);
+    }
+
+    fn trust_of(change: impl Fn(&mut Run)) -> (Trust, Vec<String>) {
+        let mut run = run(&"t".repeat(100), 1.0);
+        change(&mut run);
+        let Verdict { trust, doubts, .. } = verdict(&run);
+        (trust, doubts)
+    }
+
+    #[test]
+    fn long_seeking_is_bad_though_everything_was_tracked_afterwards() {
+        assert_eq!(verdict(&run(&("s".repeat(50) + &"t".repeat(50)), 1.0)).trust, Trust::Bad);
+    }
+
+    #[test]
+    fn a_frozen_camera_and_stamps_that_tell_no_time_are_said_and_many_of_them_are_bad() {
+        for (few, many) in [(2, 30)] {
+            assert_eq!(trust_of(|run| run.summary.frames.frozen = few).0, Trust::Check);
+            let (trust, doubts) = trust_of(|run| run.summary.frames.frozen = many);
+            assert!(trust == Trust::Bad && doubts[0].contains("froze"), "{doubts:?}");
+            assert_eq!(trust_of(|run| run.summary.frames.bad_stamps = few).0, Trust::Check);
+            assert_eq!(trust_of(|run| run.summary.frames.bad_stamps = many).0, Trust::Bad);
+        }
+    }
+
+    #[test]
+    fn a_joint_that_is_not_the_one_asked_for_is_bad() {
+        let (trust, doubts) = trust_of(|run| run.summary.joint.contradicted_by = Some("vgroove".into()));
+        assert!(trust == Trust::Bad && doubts[0].contains("--joint vgroove"), "{doubts:?}");
+    }
+
+    #[test]
+    fn a_seam_that_never_moves_is_to_be_checked() {
+        let still = |run: &mut Run| {
+            run.rows.iter_mut().for_each(|row| row.u_px = Some(100.0 + 0.05 * row.frame as f64 / 100.0))
+        };
+        let (trust, doubts) = trust_of(still);
+        assert!(trust == Trust::Check && doubts[0].contains("dirt on the glass"), "{doubts:?}");
+        assert_eq!(
+            trust_of(|run| run.rows.iter_mut().for_each(|row| row.u_px = Some(row.frame as f64))).0,
+            Trust::Good
+        );
+    }
+
+    #[test]
+    fn smoothed_values_that_are_wrong_are_as_bad_as_filtered_ones() {
+        let wrong = |wrong_frames| Errors {
+            frames: 100,
+            mae_mm: 0.02,
+            max_mm: 2.6,
+            std_mm: 0.1,
+            rmse_mm: 0.1,
+            p95_mm: 0.1,
+            bias_mm: 0.0,
+            coverage_2sigma: Some(0.95),
+            wrong_frames,
+            unavailable_frames: 0,
+        };
+        let table = |filtered, smoothed| ErrorTable {
+            kcf: None,
+            filtered: Some(wrong(filtered)),
+            smoothed: Some(wrong(smoothed)),
+        };
+        assert_eq!(trust_of(|run| run.summary.errors = Some(table(0, 0))).0, Trust::Good);
+        assert_eq!(trust_of(|run| run.summary.errors = Some(table(0, 3))).0, Trust::Bad);
+        assert_eq!(trust_of(|run| run.summary.errors = Some(table(1, 0))).0, Trust::Bad);
     }
 
     #[test]

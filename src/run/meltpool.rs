@@ -1,14 +1,13 @@
 //! A recording of a melt pool: frames in, rows of its `path.csv` out.
 
 use std::collections::BTreeMap;
-use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
 use serde::Serialize;
 
-use super::DECODED_AHEAD;
+use super::ahead::decode_ahead;
 use crate::eval::{self, Estimate};
-use crate::frame::GrayFrame;
+use crate::frame::{GrayFrame, IntensityFrame};
 use crate::kalman::SeriesError;
 use crate::meltpool::{
     Followed, Measure, Measured, Meter, Noise, NoiseLevels, Reading, Refusal, SegmentationError, Status, Threshold,
@@ -129,23 +128,14 @@ pub fn measure_pool(
         first_error: None,
     };
     let started = Instant::now();
-    std::thread::scope(|scope| -> Result<(), PoolRunError> {
-        let (send, receive) = sync_channel(DECODED_AHEAD);
-        scope.spawn(move || {
-            loop {
-                let began = Instant::now();
-                let Some(frame) = source.next_frame() else { break };
-                if send.send((frame, began.elapsed())).is_err() {
-                    break;
-                }
-            }
-        });
-        for (frame, decoding) in receive {
+    decode_ahead(
+        move || source.next_frame(),
+        |picture: &IntensityFrame| size_of_val(picture.pixels()),
+        |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);
-            run.step(frame, &mut watch)?;
-        }
-        Ok(())
-    })?;
+            run.step(frame, &mut watch)
+        },
+    )?;
     run.finish(settings, scale, started)
 }
 
@@ -163,7 +153,7 @@ struct Run {
 impl Run {
     fn step(
         &mut self,
-        frame: SourceFrame<crate::frame::IntensityFrame>,
+        frame: SourceFrame<IntensityFrame>,
         watch: &mut impl FnMut(&PoolSeen<'_>),
     ) -> Result<(), PoolRunError> {
         let SourceFrame { file, time_s, picture } = self.sizes.admit_intensity(frame);

@@ -1,16 +1,17 @@
 //! A recording through the tracker: frames in, rows of `path.csv` out.
 
+mod ahead;
 pub mod meltpool;
 mod rows;
 mod score;
 mod summarise;
 
-use std::sync::mpsc::sync_channel;
 use std::time::Instant;
 
 pub use score::error_table;
 pub use summarise::summarise;
 
+use self::ahead::decode_ahead;
 use self::rows::{fill_smoothed, row};
 use crate::calib::{Origin, ScaleCalibration, Sensor};
 use crate::config::{Config, ConfigError};
@@ -20,11 +21,10 @@ use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
-use crate::tracker::{Estimate, Evidence, JointDecision, SeamPath, Session, SessionSettings, TrackerError};
+use crate::tracker::{
+    Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
+};
 use crate::units::{PixelPoint, StripeAxis};
-
-/// Frames that are decoded ahead of the tracker.
-const DECODED_AHEAD: usize = 8;
 
 /// One frame of a run, for those who watch it.
 pub struct Seen<'a> {
@@ -135,23 +135,14 @@ pub fn track(
     let mut run = Run::new(config, origin)?;
     let sixteen_bit_scale = source.sixteen_bit_scale();
     let started = Instant::now();
-    std::thread::scope(|scope| -> Result<(), RunError> {
-        let (send, receive) = sync_channel(DECODED_AHEAD);
-        scope.spawn(move || {
-            loop {
-                let began = Instant::now();
-                let Some(frame) = source.next_frame() else { break };
-                if send.send((frame, began.elapsed())).is_err() {
-                    break;
-                }
-            }
-        });
-        for (frame, decoding) in receive {
+    decode_ahead(
+        move || source.next_frame(),
+        |picture: &GrayFrame| picture.pixels().len(),
+        |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);
-            run.step(frame, &mut watch)?;
-        }
-        Ok(())
-    })?;
+            run.step(frame, &mut watch)
+        },
+    )?;
     let mut outcome = run.finish(started.elapsed().as_secs_f64())?;
     outcome.sixteen_bit_scale = sixteen_bit_scale;
     Ok(outcome)
@@ -215,7 +206,7 @@ impl<'a> Run<'a> {
                 self.track_ms.push(began.elapsed().as_secs_f64() * 1e3);
                 self.path.push(&estimate);
                 let frame = self.rows.len();
-                self.joints.extend(self.session.joint().filter(|joint| joint.frame == frame).cloned());
+                self.take_joint(frame);
                 Some(estimate)
             }
         };
@@ -231,6 +222,15 @@ impl<'a> Run<'a> {
         self.rows.push(row);
         self.marks.push(marks);
         Ok(())
+    }
+
+    /// Writes down a joint that was found in this frame, or what is known of it now.
+    fn take_joint(&mut self, frame: usize) {
+        match (self.session.joint(), self.joints.last_mut()) {
+            (Some(joint), _) if joint.frame == frame => self.joints.push(joint.clone()),
+            (Some(joint), Some(last)) if joint.frame == last.frame => last.clone_from(joint),
+            _ => {}
+        }
     }
 
     /// Refuses a seed outside the frames, whose size the first readable one tells.
@@ -270,6 +270,9 @@ impl<'a> Run<'a> {
             RowStatus::Lost => counts.lost += 1,
             RowStatus::Unreadable => counts.unreadable += 1,
         }
+        let is = |what| estimate.is_some_and(|estimate| estimate.observation == what);
+        counts.frozen += usize::from(is(Observation::Frozen));
+        counts.bad_stamps += usize::from(is(Observation::BadStamp));
         counts.repeated += usize::from(estimate.is_some_and(|e| e.repeated));
         counts.saturated += usize::from(picture.is_some_and(is_saturated));
     }

@@ -53,6 +53,7 @@ pub fn summarise(
                 kind: "none".into(),
                 decided_at_frame: None,
                 reason: "no frame showed a joint that others confirmed".into(),
+                contradicted_by: None,
                 later: vec![],
             },
         },
@@ -66,6 +67,7 @@ fn joint(decision: &JointDecision) -> Joint {
         kind: decision.kind.into(),
         decided_at_frame: Some(decision.frame),
         reason: decision.reason.clone(),
+        contradicted_by: decision.contradicted_by.map(Into::into),
         later: vec![],
     }
 }

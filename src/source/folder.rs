@@ -3,13 +3,10 @@
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
-use super::gray::{Decoded, DecodedSource, SixteenBitScale, decode, file_name};
-use super::{FrameSource, SourceError, SourceFrame, timestamps};
+use super::gray::{Decoded, DecodedSource, SixteenBitScale, decode, file_name, is_sixteen_bit, scale_frames};
+use super::{FrameSource, Period, SourceError, SourceFrame, timestamps};
 
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "bmp", "tif", "tiff"];
-
-/// Frames that a 16-bit recording's scale is taken from. Chosen: enough to meet the stripe, quick to read.
-const SCALE_FRAMES: usize = 5;
 
 /// The frames of a folder.
 #[derive(Debug)]
@@ -17,12 +14,15 @@ pub struct Folder {
     files: VecDeque<(PathBuf, f64)>,
     count: usize,
     scale: Option<SixteenBitScale>,
+    period_s: f64,
+    notes: Vec<String>,
 }
 
 impl Folder {
     /// Lists the images of `folder`, or of the folder `frames` in it; times come from `timestamps.csv` beside them,
-    /// else one frame every `period_s`.
-    pub fn open(folder: &Path, period_s: f64) -> Result<Self, SourceError> {
+    /// else one frame every `period`. What has an image's name and is none, such as a link that leads nowhere, is a frame
+    /// that cannot be read: leaving it out would number the others anew.
+    pub fn open(folder: &Path, period: Period) -> Result<Self, SourceError> {
         let mut folder = folder.to_owned();
         let mut paths = images_in(&folder)?;
         if paths.is_empty() && folder.join("frames").is_dir() {
@@ -39,26 +39,21 @@ impl Folder {
             },
             found => found,
         };
-        let times = match stamps {
-            None => (0..paths.len()).map(|i| i as f64 * period_s).collect(),
+        let period_s = period.without_own_s();
+        let (times, notes) = match stamps {
+            None => ((0..paths.len()).map(|i| i as f64 * period_s).collect(), vec![]),
             Some(stamps) => times_of(&paths, &stamps, &folder)?,
         };
-        Ok(Self::of(paths.into_iter().zip(times).collect()))
+        Ok(Self { notes, ..Self::of(paths.into_iter().zip(times).collect(), period_s) })
     }
 
     /// A recording of one image.
-    pub fn single(path: &Path) -> Self {
-        Self::of(VecDeque::from([(path.to_owned(), 0.0)]))
+    pub fn single(path: &Path, period: Period) -> Self {
+        Self::of(VecDeque::from([(path.to_owned(), 0.0)]), period.without_own_s())
     }
 
-    fn of(files: VecDeque<(PathBuf, f64)>) -> Self {
-        let first: Vec<Decoded> = match files.front().map(|(path, _)| decode(path)) {
-            Some(Ok(Decoded::Gray16 { .. })) => {
-                files.iter().take(SCALE_FRAMES).filter_map(|(path, _)| decode(path).ok()).collect()
-            }
-            _ => vec![],
-        };
-        Self { count: files.len(), files, scale: SixteenBitScale::from_first_frames(&first) }
+    fn of(files: VecDeque<(PathBuf, f64)>, period_s: f64) -> Self {
+        Self { count: files.len(), scale: scale_of(&files), files, period_s, notes: vec![] }
     }
 }
 
@@ -83,9 +78,30 @@ impl FrameSource for Folder {
         "folder"
     }
 
+    fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         self.scale
     }
+}
+
+/// The scale of a recording of 16 bits, from frames spread over it; where none of these can be read, from the first one
+/// that can.
+fn scale_of(files: &VecDeque<(PathBuf, f64)>) -> Option<SixteenBitScale> {
+    let mut sample: Vec<&Path> = scale_frames(files.len()).map(|i| files[i].0.as_path()).collect();
+    let depths: Vec<Option<bool>> = sample.iter().map(|path| is_sixteen_bit(path)).collect();
+    if depths.iter().all(Option::is_none) {
+        let readable = files.iter().map(|(path, _)| path.as_path()).find(|path| is_sixteen_bit(path).is_some());
+        sample = readable.into_iter().collect();
+    }
+    let deep = sample.into_iter().filter(|path| is_sixteen_bit(path) == Some(true));
+    SixteenBitScale::of_frames(deep.filter_map(|path| decode(path).ok()))
 }
 
 fn images_in(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
@@ -94,7 +110,7 @@ fn images_in(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     for entry in std::fs::read_dir(folder).map_err(failed)? {
         let path = entry.map_err(failed)?.path();
         let is_image = path.extension().is_some_and(|e| EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known)));
-        if is_image && !file_name(&path).starts_with('.') && path.is_file() {
+        if is_image && !file_name(&path).starts_with('.') {
             paths.push(path);
         }
     }
@@ -102,23 +118,30 @@ fn images_in(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {
     Ok(paths)
 }
 
-/// The stamp of each file; they must rise with the order of the names.
+/// The stamp of each file, and a note where they do not rise with the order of the names.
 fn times_of(
     paths: &[PathBuf],
     stamps: &std::collections::BTreeMap<String, f64>,
     folder: &Path,
-) -> Result<Vec<f64>, SourceError> {
+) -> Result<(Vec<f64>, Vec<String>), SourceError> {
     let wrong = |problem: String| SourceError::TimeStamps { path: folder.join(timestamps::FILE_NAME), problem };
     let mut times: Vec<f64> = Vec::with_capacity(paths.len());
+    let mut not_later = vec![];
     for path in paths {
         let name = file_name(path);
         let &time_s = stamps.get(&name).ok_or_else(|| wrong(format!("{name} has no time stamp: add its line")))?;
         if times.last().is_some_and(|&last| time_s <= last) {
-            return Err(wrong(format!("the time stamp of {name} is not later than that of the frame before it")));
+            not_later.push(name);
         }
         times.push(time_s);
     }
-    Ok(times)
+    let note = not_later.first().map(|first| {
+        let (count, file) = (not_later.len(), timestamps::FILE_NAME);
+        format!(
+            "{file}: {count} frames are not later than the one before, first {first}; their times are used as they are"
+        )
+    });
+    Ok((times, note.into_iter().collect()))
 }
 
 #[cfg(test)]
@@ -151,7 +174,7 @@ mod tests {
     }
 
     #[test]
-    fn time_stamps_are_read_and_must_rise() {
+    fn time_stamps_are_read_and_said_when_they_do_not_rise() {
         let folder = tempfile::tempdir().unwrap();
         png(&folder.path().join("a.png"), 1);
         png(&folder.path().join("b.png"), 1);
@@ -160,10 +183,60 @@ mod tests {
         let mut source = open(folder.path(), 0.2).unwrap();
         let times: Vec<f64> = std::iter::from_fn(|| source.next_frame()).map(|frame| frame.time_s).collect();
         assert_eq!(times, [0.0, 0.25]);
-        std::fs::write(&stamps, "5,a.png\n5,b.png\n").unwrap();
-        assert!(open(folder.path(), 0.2).err().unwrap().to_string().contains("b.png is not later"));
+        assert!(source.notes().is_empty());
+        for (text, times_s) in [("5,a.png\n5,b.png\n", [0.0, 0.0]), ("1000000005,a.png\n5,b.png\n", [1.0, 0.0])] {
+            std::fs::write(&stamps, text).unwrap();
+            let mut source = open(folder.path(), 0.2).unwrap();
+            assert!(source.notes()[0].contains("first b.png") && source.notes().len() == 1);
+            let times: Vec<f64> = std::iter::from_fn(|| source.next_frame()).map(|frame| frame.time_s).collect();
+            assert_eq!(times, times_s);
+        }
+        std::fs::write(
+            &stamps,
+            "\u{feff}#timestamp [ns],filename\r\n-9223372036854775808,a.png\r\n9223372036854775807,b.png\r\n",
+        )
+        .unwrap();
+        assert!(open(folder.path(), 0.2).unwrap().notes().is_empty(), "a byte order mark and any number of 64 bits");
+        std::fs::write(&stamps, "5,a.png\nnan,b.png\n").unwrap();
+        let error = open(folder.path(), 0.2).err().unwrap().to_string();
+        assert!(error.contains("timestamps.csv: line 2 is not"), "{error}");
         std::fs::write(&stamps, "5,a.png\n").unwrap();
         assert!(open(folder.path(), 0.2).err().unwrap().to_string().contains("b.png has no time stamp"));
+    }
+
+    #[test]
+    fn the_scale_of_sixteen_bits_comes_from_the_whole_recording() {
+        let folder = tempfile::tempdir().unwrap();
+        for n in 0..40_u16 {
+            let grey = if n < 20 { 4_u16 } else { 4000 };
+            let deep = image::ImageBuffer::from_pixel(12, 8, image::Luma([grey]));
+            deep.save(folder.path().join(format!("{n:02}.png"))).unwrap();
+        }
+        std::fs::write(folder.path().join("00.png"), b"").unwrap();
+        assert_eq!(open(folder.path(), 0.2).unwrap().sixteen_bit_scale(), Some(SixteenBitScale { white: 4095 }));
+        // Of the frames that are sampled none can be read.
+        for n in scale_frames(40) {
+            std::fs::write(folder.path().join(format!("{n:02}.png")), b"").unwrap();
+        }
+        assert!(open(folder.path(), 0.2).unwrap().sixteen_bit_scale().is_some());
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_has_an_images_name_and_is_none_is_an_unreadable_frame() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        png(&at("0.png"), 1);
+        std::os::unix::fs::symlink(at("gone"), at("1.png")).unwrap();
+        std::fs::create_dir(at("2.png")).unwrap();
+        assert!(std::process::Command::new("mkfifo").arg(at("3.png")).status().unwrap().success());
+        png(&at("4.png"), 1);
+        let mut source = open(folder.path(), 0.2).unwrap();
+        let frames: Vec<_> = std::iter::from_fn(|| source.next_frame()).collect();
+        let readable: Vec<bool> = frames.iter().map(|frame| frame.picture.is_ok()).collect();
+        assert_eq!(readable, [true, false, false, false, true]);
+        assert_eq!(frames[4].time_s, 0.8);
+        assert!(matches!(open(&at("3.png"), 0.2), Err(SourceError::NotAFile(_))));
     }
 
     #[test]

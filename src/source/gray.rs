@@ -1,16 +1,25 @@
 //! Decoded pictures to 8-bit grey.
 
+use std::fs::File;
+use std::io::BufReader;
 use std::path::Path;
 
-use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
 use serde::Serialize;
 
 use super::{FrameError, FrameSource, SourceFrame};
 use crate::frame::GrayFrame;
 
-/// More pixels than a frame may have: larger ones are decompression bombs or a mistake. Chosen: three times the
-/// largest machine-vision sensors in use.
-pub const LARGEST_FRAME_PIXELS: u64 = 200_000_000;
+/// Most pixels of a frame: larger ones are decompression bombs or a mistake. Chosen: what a machine-vision sensor of
+/// the largest kind in common use has.
+pub const MOST_PIXELS: u64 = 64_000_000;
+/// Longest side of a frame \[px\]. Chosen: twice that of such a sensor, as line sensors have it.
+pub const LONGEST_SIDE_PX: u32 = 16_384;
+/// Most bytes of a pixel while it is decoded: red, green, blue and opacity of 16 bits.
+const MOST_BYTES_A_PIXEL: u64 = 8;
+/// Frames, spread evenly over a recording, that the scale of 16-bit grey is taken from. Chosen: they meet the stripe
+/// wherever it is lit, and are quick to read.
+const SCALE_FRAMES: usize = 16;
 
 /// A picture as decoded: 16-bit grey is kept until the recording's scale is known.
 #[derive(Debug)]
@@ -46,22 +55,18 @@ pub struct SixteenBitScale {
 }
 
 impl SixteenBitScale {
-    /// The scale of a recording from its first frames: the bit depth (8, 10, 12, 14 or 16) into which 99.9 % of their
-    /// pixels fit. Cameras of those depths write their values unshifted.
-    pub fn from_first_frames(frames: &[Decoded]) -> Option<Self> {
-        let mut greys: Vec<u16> = frames
-            .iter()
-            .filter_map(|frame| match frame {
-                Decoded::Gray8(_) => None,
-                Decoded::Gray16 { pixels, .. } => Some(pixels),
-            })
-            .flatten()
-            .copied()
-            .collect();
-        Self::from_greys(&mut greys)
+    /// The scale of a recording: the bit depth (8, 10, 12, 14 or 16) into which 99.9 % of the pixels of each frame of a
+    /// sample fit; none where no frame is of 16 bits. Cameras of those depths write their values unshifted. Dark frames,
+    /// however many, do not lower it.
+    pub fn of_frames(sample: impl IntoIterator<Item = Decoded>) -> Option<Self> {
+        let scales = sample.into_iter().filter_map(|frame| match frame {
+            Decoded::Gray8(_) => None,
+            Decoded::Gray16 { mut pixels, .. } => Self::from_greys(&mut pixels),
+        });
+        scales.max_by_key(|scale| scale.white)
     }
 
-    /// The scale of a recording from a sample of its pixels, by the same rule; none without any.
+    /// The depth into which 99.9 % of these pixels fit; none without any.
     pub fn from_greys(greys: &mut [u16]) -> Option<Self> {
         if greys.is_empty() {
             return None;
@@ -98,16 +103,38 @@ impl Decoded {
     }
 }
 
+/// The numbers of the frames that the scale of 16-bit grey is taken from.
+pub fn scale_frames(count: usize) -> impl Iterator<Item = usize> {
+    let sampled = count.min(SCALE_FRAMES);
+    (0..sampled).map(move |i| i * count / sampled)
+}
+
+/// Whether the file's header says that it holds 16-bit grey; none when it cannot be read.
+pub fn is_sixteen_bit(path: &Path) -> Option<bool> {
+    let decoder = reader(path).ok()?.into_decoder().ok()?;
+    Some(matches!(decoder.color_type(), ColorType::L16 | ColorType::La16))
+}
+
+fn reader(path: &Path) -> std::io::Result<ImageReader<BufReader<File>>> {
+    // Opening a named pipe would wait for whoever writes into it.
+    match std::fs::metadata(path) {
+        Ok(metadata) if metadata.is_file() => ImageReader::open(path).and_then(ImageReader::with_guessed_format),
+        Ok(_) => Err(std::io::Error::other("it is no file")),
+        Err(_) if path.is_symlink() => Err(std::io::Error::other("it is a link that leads nowhere")),
+        Err(error) => Err(error),
+    }
+}
+
 /// Reads and decodes an image file.
 pub fn decode(path: &Path) -> Result<Decoded, FrameError> {
     let file = file_name(path);
     let failed = |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.clone(), source };
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(|e| failed(Box::new(e)))?;
+    let reader = reader(path).map_err(|e| failed(Box::new(e)))?;
     let mut decoder = reader.into_decoder().map_err(|e| failed(Box::new(e)))?;
     let (width_px, height_px) = decoder.dimensions();
     check_size(&file, width_px, height_px)?;
     let mut limits = Limits::default();
-    limits.max_alloc = Some(LARGEST_FRAME_PIXELS * 8);
+    limits.max_alloc = Some(MOST_PIXELS * MOST_BYTES_A_PIXEL);
     decoder.set_limits(limits).map_err(|e| failed(Box::new(e)))?;
     let image = DynamicImage::from_decoder(decoder).map_err(|e| failed(Box::new(e)))?;
     Decoded::from_image(image).ok_or_else(|| failed("it has no pixel".into()))
@@ -115,7 +142,8 @@ pub fn decode(path: &Path) -> Result<Decoded, FrameError> {
 
 /// Refuses a picture with more pixels than any camera's, before it is decoded.
 pub fn check_size(file: &str, width_px: u32, height_px: u32) -> Result<(), FrameError> {
-    if u64::from(width_px) * u64::from(height_px) > LARGEST_FRAME_PIXELS {
+    let is_long = width_px.max(height_px) > LONGEST_SIDE_PX;
+    if is_long || u64::from(width_px) * u64::from(height_px) > MOST_PIXELS {
         return Err(FrameError::TooLarge { file: file.to_owned(), width_px, height_px });
     }
     Ok(())
@@ -140,9 +168,21 @@ mod tests {
         pixels[0] = 4000;
         pixels.extend(vec![4095; 20]);
         pixels[1] = 65_535;
-        let scale = SixteenBitScale::from_first_frames(&[sixteen(pixels.clone())]);
+        let scale = SixteenBitScale::of_frames([sixteen(pixels.clone())]);
         assert_eq!(scale, Some(SixteenBitScale { white: 4095 }));
         let gray = sixteen(pixels).into_gray(scale).unwrap();
         assert_eq!((gray.pixels()[0], gray.pixels()[1], gray.pixels()[2]), (249, 255, 6));
+    }
+
+    #[test]
+    fn one_lit_frame_among_dark_ones_gives_the_scale() {
+        let frames = (0..16).map(|i| sixteen(vec![if i == 11 { 900 } else { 3 }; 200]));
+        assert_eq!(SixteenBitScale::of_frames(frames), Some(SixteenBitScale { white: 1023 }));
+    }
+
+    #[test]
+    fn long_sides_and_many_pixels_are_refused() {
+        assert!(check_size("a", 100_000_000, 1).is_err() && check_size("a", 1, 16_385).is_err());
+        assert!(check_size("a", 9000, 9000).is_err() && check_size("a", 16_384, 3900).is_ok());
     }
 }

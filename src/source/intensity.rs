@@ -5,7 +5,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale};
-use super::{FrameError, FrameSource, SourceError, SourceFrame, folder, npy, tiff_stack, video};
+use super::{FrameError, FrameSource, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack, video};
 use crate::frame::IntensityFrame;
 
 /// How the values of a recording become intensities: black becomes 0, white 1, the same for every frame.
@@ -32,7 +32,7 @@ impl IntensityScale {
             black: 0.0,
             white: f64::from(scale.white),
             saturates: true,
-            rule: "16 bits: white is the end of the bit depth (8, 10, 12, 14, 16) that holds 99.9 % of the sampled pixels",
+            rule: "16 bits: white is the end of the bit depth (8, 10, 12, 14, 16) that holds 99.9 % of each sampled frame",
         }
     }
 
@@ -51,6 +51,10 @@ pub trait IntensitySource: Send {
     fn frame_count(&self) -> Option<usize>;
     /// What kind of recording this is, in a word.
     fn kind(&self) -> &'static str;
+    /// Time from frame to frame where there are no time stamps \[s\].
+    fn period_s(&self) -> f64;
+    /// What there is to know of the recording before it is used, each in a sentence.
+    fn notes(&self) -> &[String];
     /// The scale of all its frames.
     fn scale(&self) -> IntensityScale;
 }
@@ -59,18 +63,15 @@ pub trait IntensitySource: Send {
 ///
 /// # Errors
 /// As [`super::open`], and when a NumPy file is no stack of frames.
-pub fn open_intensity(path: &Path, period_s: f64) -> Result<Box<dyn IntensitySource>, SourceError> {
-    let metadata = std::fs::metadata(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
-    if metadata.is_dir() {
-        return Ok(Box::new(Pictures(folder::Folder::open(path, period_s)?)));
-    }
-    let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("npy") => Ok(Box::new(npy::NpyStack::open(path, period_s)?)),
-        Some("tif" | "tiff") => Ok(Box::new(Pictures(tiff_stack::TiffStack::open(path, period_s)?))),
-        Some("png" | "jpg" | "jpeg" | "bmp") => Ok(Box::new(Pictures(folder::Folder::single(path)))),
-        _ => Ok(Box::new(Grey(video::Video::open(path, period_s)?))),
-    }
+pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn IntensitySource>, SourceError> {
+    let period = period.into();
+    Ok(match kind_of(path)? {
+        Kind::Folder => Box::new(Pictures(folder::Folder::open(path, period)?)),
+        Kind::NumPy => Box::new(npy::NpyStack::open(path, period)?),
+        Kind::Tiff => Box::new(Pictures(tiff_stack::TiffStack::open(path, period)?)),
+        Kind::Picture => Box::new(Pictures(folder::Folder::single(path, period))),
+        Kind::Other => Box::new(Grey(video::Video::open(path, period)?)),
+    })
 }
 
 /// Pictures of 8 or 16 bits.
@@ -101,6 +102,14 @@ impl<S: DecodedSource> IntensitySource for Pictures<S> {
         self.0.kind()
     }
 
+    fn period_s(&self) -> f64 {
+        self.0.period_s()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.0.notes()
+    }
+
     fn scale(&self) -> IntensityScale {
         self.0.sixteen_bit_scale().map_or(IntensityScale::EIGHT_BITS, IntensityScale::of_sixteen_bits)
     }
@@ -121,6 +130,14 @@ impl<S: FrameSource> IntensitySource for Grey<S> {
 
     fn kind(&self) -> &'static str {
         self.0.kind()
+    }
+
+    fn period_s(&self) -> f64 {
+        self.0.period_s()
+    }
+
+    fn notes(&self) -> &[String] {
+        self.0.notes()
     }
 
     fn scale(&self) -> IntensityScale {

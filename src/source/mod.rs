@@ -29,6 +29,31 @@ pub struct SourceFrame<P = GrayFrame> {
     pub picture: Result<P, FrameError>,
 }
 
+/// Time from frame to frame, for recordings without time stamps.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Period {
+    /// This, whatever the recording says \[s\].
+    Given(f64),
+    /// The recording's own frame rate where it has one, as videos do, else this \[s\].
+    OwnOr(f64),
+}
+
+impl Period {
+    /// The period of a recording that has none of its own \[s\].
+    #[must_use]
+    pub const fn without_own_s(self) -> f64 {
+        match self {
+            Self::Given(period_s) | Self::OwnOr(period_s) => period_s,
+        }
+    }
+}
+
+impl From<f64> for Period {
+    fn from(period_s: f64) -> Self {
+        Self::Given(period_s)
+    }
+}
+
 /// A recording, frame by frame.
 pub trait FrameSource: Send {
     /// The next frame; none at the end.
@@ -37,6 +62,12 @@ pub trait FrameSource: Send {
     fn frame_count(&self) -> Option<usize>;
     /// What kind of recording this is, in a word.
     fn kind(&self) -> &'static str;
+    /// Time from frame to frame where there are no time stamps \[s\].
+    fn period_s(&self) -> f64;
+    /// What there is to know of the recording before it is used, each in a sentence.
+    fn notes(&self) -> &[String] {
+        &[]
+    }
     /// How 16-bit grey is brought to 8 bits, if the recording is of 16 bits.
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         None
@@ -62,6 +93,25 @@ pub enum SourceError {
         "{} is neither a folder of images, a multi-page TIFF nor a video that OpenCV can open: convert it to one", .0.display()
     )]
     UnknownKind(PathBuf),
+    /// A named pipe, a device or the like.
+    #[error("{} is neither a file nor a folder: name the recording's file or folder", .0.display())]
+    NotAFile(PathBuf),
+    /// A TIFF file that cannot be read.
+    #[error("{} is no TIFF that can be read: record or copy it again", path.display())]
+    Tiff {
+        /// The file.
+        path: PathBuf,
+        /// The decoder's reason.
+        source: tiff::TiffError,
+    },
+    /// A stack with fewer frames than it says, or with more than are read.
+    #[error("{}: {problem}", path.display())]
+    Frames {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with their number, and the remedy.
+        problem: String,
+    },
     /// A NumPy file that is no stack of frames.
     #[error("{}: {problem}", path.display())]
     NumPy {
@@ -98,7 +148,10 @@ pub enum FrameError {
         file: String,
     },
     /// The frame is larger than any camera's.
-    #[error("{file} has {width_px} x {height_px} pixels, more than {limit} in all: crop or bin the recording", limit = gray::LARGEST_FRAME_PIXELS)]
+    #[error(
+        "{file} has {width_px} x {height_px} pixels, more than {side} a side or {all} in all: crop or bin the recording",
+        side = gray::LONGEST_SIDE_PX, all = gray::MOST_PIXELS
+    )]
     TooLarge {
         /// Name of the file.
         file: String,
@@ -119,22 +172,46 @@ pub enum FrameError {
     },
 }
 
-/// Opens a folder of images, a multi-page TIFF or a video. `period_s` gives the time stamps where the recording has
+/// Opens a folder of images, a multi-page TIFF or a video. `period` gives the time stamps where the recording has
 /// none of its own (`timestamps.csv` in the folder).
 ///
 /// # Errors
 /// When there is nothing to read at `path`, or its time stamps are wrong.
-pub fn open(path: &Path, period_s: f64) -> Result<Box<dyn FrameSource>, SourceError> {
+pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSource>, SourceError> {
+    let period = period.into();
+    Ok(match kind_of(path)? {
+        Kind::Folder => Box::new(folder::Folder::open(path, period)?),
+        Kind::Tiff => Box::new(tiff_stack::TiffStack::open(path, period)?),
+        Kind::Picture => Box::new(folder::Folder::single(path, period)),
+        Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
+    })
+}
+
+/// What a path may hold, by its ending.
+enum Kind {
+    Folder,
+    Tiff,
+    Picture,
+    NumPy,
+    Other,
+}
+
+fn kind_of(path: &Path) -> Result<Kind, SourceError> {
     let metadata = std::fs::metadata(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
     if metadata.is_dir() {
-        return Ok(Box::new(folder::Folder::open(path, period_s)?));
+        return Ok(Kind::Folder);
+    }
+    // Opening a named pipe would wait for whoever writes into it.
+    if !metadata.is_file() {
+        return Err(SourceError::NotAFile(path.to_owned()));
     }
     let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase());
-    match extension.as_deref() {
-        Some("tif" | "tiff") => Ok(Box::new(tiff_stack::TiffStack::open(path, period_s)?)),
-        Some("png" | "jpg" | "jpeg" | "bmp") => Ok(Box::new(folder::Folder::single(path))),
-        _ => Ok(Box::new(video::Video::open(path, period_s)?)),
-    }
+    Ok(match extension.as_deref() {
+        Some("tif" | "tiff") => Kind::Tiff,
+        Some("png" | "jpg" | "jpeg" | "bmp") => Kind::Picture,
+        Some("npy") => Kind::NumPy,
+        _ => Kind::Other,
+    })
 }
 
 /// Lets only frames of the first readable frame's size through.

@@ -5,38 +5,85 @@ use std::path::Path;
 
 use opencv::core::{Mat, MatTraitConst, MatTraitConstManual};
 use opencv::imgproc::{COLOR_BGR2GRAY, cvt_color_def};
-use opencv::videoio::{CAP_ANY, CAP_PROP_FRAME_COUNT, VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst};
+use opencv::videoio::{
+    CAP_FFMPEG, CAP_PROP_FPS, CAP_PROP_FRAME_COUNT, VideoCapture, VideoCaptureTrait, VideoCaptureTraitConst,
+};
 
 use super::gray::{check_size, file_name};
-use super::{FrameError, FrameSource, SourceError, SourceFrame};
+use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
 use crate::frame::GrayFrame;
 
-/// The pictures of a video file.
+/// Containers whose header counts the frames; of the others the number is an estimate from duration and rate.
+const COUNTED: [&str; 4] = ["mp4", "mov", "m4v", "avi"];
+/// Frames, and part of them, by which an estimated number may be wrong. Chosen: the rounding of both ends.
+const ESTIMATE_FRAMES: usize = 2;
+const ESTIMATE_SHARE: usize = 100;
+/// Most frames that are given as unreadable where a file ends early: a damaged header may promise any number.
+const MOST_MISSING: usize = 100_000;
+/// Frame rates that are believed \[1/s\]: from a frame in three hours to the fastest cameras.
+const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-4..=1e6;
+
+/// The pictures of a video file. Where it ends before the number of frames that it promises, the rest are frames that
+/// cannot be read.
 pub struct Video {
     name: String,
     capture: VideoCapture,
     number: usize,
     count: Option<usize>,
+    /// Frames that must come, by the header.
+    promised: usize,
+    ended: bool,
     period_s: f64,
 }
 
 impl Video {
-    /// Opens the file with the first of OpenCV's decoders that takes it.
-    pub fn open(path: &Path, period_s: f64) -> Result<Self, SourceError> {
+    /// Opens the file with FFmpeg: other decoders behind OpenCV may wait for ever on a file that was cut.
+    pub fn open(path: &Path, period: Period) -> Result<Self, SourceError> {
         let unknown = || SourceError::UnknownKind(path.to_owned());
         let capture = path
             .to_str()
-            .and_then(|name| VideoCapture::from_file(name, CAP_ANY).ok())
+            .and_then(|name| VideoCapture::from_file(name, CAP_FFMPEG).ok())
             .filter(|capture| capture.is_opened().unwrap_or(false))
             .ok_or_else(unknown)?;
         let frames = capture.get(CAP_PROP_FRAME_COUNT).unwrap_or(0.0);
         let count = (frames.is_finite() && frames >= 1.0).then_some(frames as usize);
-        Ok(Self { name: file_name(path), capture, number: 0, count, period_s })
+        let ending = path.extension().map(|ending| ending.to_string_lossy().to_lowercase()).unwrap_or_default();
+        let promised = match count {
+            Some(count) if COUNTED.contains(&ending.as_str()) => count,
+            Some(count) => count.saturating_sub(ESTIMATE_FRAMES.max(count / ESTIMATE_SHARE)),
+            None => 0,
+        };
+        let rate = capture.get(CAP_PROP_FPS).ok().filter(|rate| FRAME_RATES.contains(rate));
+        let period_s = match (period, rate) {
+            (Period::OwnOr(_), Some(rate)) => 1.0 / rate,
+            (period, _) => period.without_own_s(),
+        };
+        Ok(Self { name: file_name(path), capture, number: 0, count, promised, ended: false, period_s })
     }
 
     fn read(&mut self) -> opencv::Result<Option<Mat>> {
         let mut picture = Mat::default();
         Ok(self.capture.read(&mut picture)?.then_some(picture).filter(|p| !p.empty()))
+    }
+
+    /// The next picture, or, once the file has ended, why a promised one is missing; none at the end.
+    fn next_picture(&mut self, file: &str) -> Option<Result<GrayFrame, FrameError>> {
+        let failed =
+            |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.into(), source };
+        let mut reason = None;
+        if !self.ended {
+            match self.read() {
+                Ok(Some(picture)) => return Some(gray(&picture, file)),
+                Ok(None) => {}
+                Err(error) => reason = Some(failed(Box::new(error))),
+            }
+            self.ended = true;
+            self.promised = self.promised.min(self.number.saturating_add(MOST_MISSING));
+        }
+        let promised = self.promised;
+        let missing =
+            || failed(format!("the file ends before it, of {promised} frames that its header promises").into());
+        (self.number < promised).then(|| Err(reason.unwrap_or_else(missing)))
     }
 }
 
@@ -58,16 +105,8 @@ impl FrameSource for Video {
     fn next_frame(&mut self) -> Option<SourceFrame> {
         let number = self.number;
         let file = format!("{}[{number}]", self.name);
-        let picture = match self.read() {
-            Ok(None) => return None,
-            Ok(Some(picture)) => gray(&picture, &file),
-            Err(source) => Err(FrameError::Decode { file: file.clone(), source: Box::new(source) }),
-        };
+        let picture = self.next_picture(&file)?;
         self.number += 1;
-        // A decoder that fails for good must not keep the run going for ever.
-        if picture.is_err() && self.count.is_none_or(|count| number >= count) {
-            return None;
-        }
         Some(SourceFrame { file, time_s: number as f64 * self.period_s, picture })
     }
 
@@ -77,5 +116,9 @@ impl FrameSource for Video {
 
     fn kind(&self) -> &'static str {
         "video"
+    }
+
+    fn period_s(&self) -> f64 {
+        self.period_s
     }
 }

@@ -1,5 +1,6 @@
 //! The built-in scenes: the text files of `fixtures/scenarios`, and each joint's family from clean to severe.
 
+use super::families::plate_scenes;
 use super::pool::PoolScenario;
 use super::scenario::{Scenario, ScenarioError, Severity};
 
@@ -105,6 +106,9 @@ pub fn scenario(name: &str) -> Result<Scenario, ScenarioError> {
                 return Ok(Scenario { description, severity, ..origin });
             }
         }
+    }
+    if let Some(scene) = plate_scenes()?.into_iter().find(|scene| scene.name().eq_ignore_ascii_case(name)) {
+        return scene.scenario();
     }
     let is_letter = |scene: &str| scene.split_once('-').is_some_and(|(letter, _)| letter.eq_ignore_ascii_case(name));
     let mut lettered = SCENES.iter().filter(|(scene, _)| is_letter(scene));

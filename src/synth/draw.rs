@@ -32,7 +32,7 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
     let mut signed = || rng.random_range(-1.0..=1.0);
     let along_offset = if varied { signed() } else { 0.0 };
     let across_offset = if varied { signed() } else { 0.0 };
-    let plate_gains = [signed(), signed()].map(|x| 1.0 + PLATE_GAIN_VARIATION * variation * x);
+    let mut plate_gains = [signed(), signed()].map(|x| 1.0 + PLATE_GAIN_VARIATION * variation * x);
     let path_sign = if varied && signed() < 0.0 { -1.0 } else { 1.0 };
     let tilt_sign = if varied && signed() < 0.0 { -1.0 } else { 1.0 };
     let mirrored = varied && signed() < 0.0;
@@ -46,7 +46,18 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
     for term in &mut s.height {
         vary_term(term, 1.0, &mut factor);
     }
-    vary_joint(&mut s.joint, mirrored, &mut factor);
+    let mut used = Vec::new();
+    let mut remembered = || {
+        let drawn = factor();
+        used.push(drawn);
+        drawn
+    };
+    vary_joint(&mut s.joint, mirrored, &mut remembered);
+    if let Some(change) = &mut s.change {
+        // The same factors: only what the scenario changes, changes.
+        let mut again = used.iter().copied().cycle();
+        vary_joint(&mut change.joint, mirrored, &mut || again.next().unwrap_or(1.0));
+    }
     for tack in &mut s.tacks {
         tack.height_px *= factor();
         tack.half_width_px *= factor();
@@ -93,7 +104,35 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
             _ => other_end,
         };
     }
+    vary_plates(&mut s, &mut factor);
+    plate_gains[0] *= s.plates.finish.left_brightness;
+    plate_gains[1] *= s.plates.finish.right_brightness;
     Drawn { scenario: s, disturbances: d, along_offset, across_offset, plate_gains }
+}
+
+/// What was added to the scenario later is drawn last, so that older scenes keep their numbers.
+fn vary_plates(s: &mut Scenario, factor: &mut impl FnMut() -> f64) {
+    for marks in &mut s.plates.marks {
+        marks.reflectance *= factor();
+        marks.relief_px *= factor();
+        marks.beside_px *= factor();
+    }
+    for bead in &mut s.plates.beads {
+        bead.beside_px *= factor();
+        bead.top_px *= factor();
+        bead.half_width_px *= factor();
+        bead.crown_px *= factor();
+        bead.brightness *= factor();
+    }
+    for reflection in &mut s.rivals.reflections {
+        reflection.below_px *= factor();
+        reflection.slope *= factor();
+        reflection.strength *= factor();
+    }
+    for stripe in &mut s.rivals.stripes {
+        stripe.below_px *= factor();
+        stripe.brightness *= factor();
+    }
 }
 
 fn vary_term(term: &mut PathTerm, sign: f64, factor: &mut impl FnMut() -> f64) {

@@ -4,18 +4,25 @@
 //! one by one, in any order, on any thread, with the same bytes.
 
 mod arc;
+mod base;
+mod bead;
 pub mod builtin;
 mod canvas;
 mod draw;
+pub mod families;
 mod noise;
+mod obstacles;
 pub mod pool;
+mod preparation;
 mod profile;
 pub mod recording;
+mod rivals;
 pub mod scenario;
 mod scene;
 mod sensor;
 mod spatter;
 mod stripe;
+mod surface;
 mod timeline;
 
 pub use scenario::{Scenario, ScenarioError};

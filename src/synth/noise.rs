@@ -32,6 +32,16 @@ pub(super) enum Component {
     Outline,
     /// The plume over a melt pool.
     Plume,
+    /// Where marks lie on the plates, and their outlines.
+    Marks,
+    /// Mill scale and grinding marks.
+    Finish,
+    /// How beads of earlier passes wander.
+    Beads,
+    /// Reflections and a second seam.
+    Rivals,
+    /// Dirt, dead pixels, gaps of the laser's line, shadows.
+    View,
 }
 
 /// A generator for one component of one frame.

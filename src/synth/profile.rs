@@ -1,7 +1,10 @@
 //! What the laser plane meets: for each column of the image the rows at which the stripe appears.
 
+use super::base::Base;
+use super::bead::Beads;
 use super::draw::Drawn;
 use super::noise::{Component, SmoothNoise};
+use super::preparation::Prepared;
 use super::scenario::{Butt, Fillet, Hairline, Joint, Lap, Tack, Vgroove};
 use super::timeline::Moment;
 
@@ -16,32 +19,8 @@ pub(super) struct Branch {
     pub(super) width: Vec<f32>,
 }
 
-/// The base line of the stripe on the plates and the joint's place on it.
-#[derive(Debug, Clone)]
-pub(super) struct Base {
-    /// Columns of the image.
-    pub(super) columns: usize,
-    /// Row of the stripe in the middle of the image \[px\].
-    pub(super) row_px: f64,
-    /// \[px/px\].
-    pub(super) tilt: f64,
-    /// \[px\] at the image's ends.
-    pub(super) sag_px: f64,
-}
-
-impl Base {
-    /// Row of the undisturbed plates at a column \[px\].
-    pub(super) fn at(&self, x: f64) -> f64 {
-        let half = 0.5 * self.columns as f64;
-        let from_centre = x - half;
-        self.row_px + self.tilt * from_centre + self.sag_px * (from_centre / half).powi(2)
-    }
-}
-
 /// Blur of an edge along the stripe by the optics, standard deviation \[px\] (chosen: a lens with a good focus).
 const EDGE_BLUR_PX: f64 = 0.7;
-/// Length over which bent edges droop \[px\] (chosen).
-const BENT_LENGTH_PX: f64 = 11.0;
 /// Width of a V-groove's flanks relative to the plates' stripe: read off a real frame.
 const FLANK_WIDTH: f64 = 0.75;
 
@@ -55,7 +34,8 @@ fn softplus(x: f64, round: f64) -> f64 {
     if round <= 0.0 { x.max(0.0) } else { round * ((-(x / round).abs()).exp().ln_1p()) + x.max(0.0) }
 }
 
-fn branch(columns: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
+/// A line of light of `columns` columns: row, gain and width at each.
+pub(super) fn branch(columns: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
     let mut branch = Branch { row_px: vec![0.0; columns], gain: vec![0.0; columns], width: vec![1.0; columns] };
     for x in 0..columns {
         let (row, gain, width) = at(x as f64);
@@ -66,27 +46,46 @@ fn branch(columns: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
     branch
 }
 
-/// The branches of a frame. `fraction` is how much of the recording has passed, `joint` is `Flat` outside the joint's
+/// The joint's branches of a frame. `fraction` is how much of the recording has passed, the joint is `Flat` outside its
 /// extent.
 pub(super) fn branches(
     drawn: &Drawn,
-    joint: &Joint,
+    joint: &Prepared,
     tack: Option<&Tack>,
     base: &Base,
     moment: &Moment,
     fraction: f64,
     seed: u64,
 ) -> Vec<Branch> {
-    let frame = Frame { base, u: moment.along_px, ragged: moment.raggedness_px, gains: drawn.plate_gains, fraction };
-    let mut branches = match (tack, joint) {
-        (Some(tack), joint) => frame.tack(tack, joint),
-        (None, Joint::Butt(joint)) => frame.butt(joint),
-        (None, Joint::Lap(joint)) => frame.lap(joint),
-        (None, Joint::Vgroove(joint)) => frame.vgroove(joint),
-        (None, Joint::Fillet(joint)) => frame.fillet(joint),
-        (None, Joint::Hairline(joint)) => frame.hairline(joint, moment.tick, seed),
-        (None, Joint::Flat) => vec![branch(base.columns, |x| (base.at(x), drawn.plate_gains[0], 1.0))],
+    let beads = Beads { beads: &drawn.scenario.plates.beads, tick: moment.plates_tick, seed };
+    let finish = &drawn.scenario.plates.finish;
+    let frame = Frame {
+        base,
+        u: moment.along_px,
+        ragged: moment.raggedness_px,
+        gains: drawn.plate_gains,
+        brighter_right: finish.right_brightness / finish.left_brightness,
+        fraction,
+        beads: (!beads.beads.is_empty()).then_some(beads),
     };
+    let mut branches = frame.joint(joint, tack, moment.plates_tick, seed);
+    if let (Some(second), None) = (drawn.scenario.rivals.second_seam, tack)
+        && *joint.joint != Joint::Flat
+    {
+        let raggedness = |number: u64| {
+            let wander = SmoothNoise::new(seed, Component::Rivals, 1000 + number);
+            drawn.scenario.edges.raggedness_px * f64::from(wander.at(moment.plates_tick as f64, 0.0, 0.0))
+        };
+        let other =
+            Frame { u: frame.u + second.beside_px, ragged: [raggedness(0), raggedness(1)], beads: None, ..frame };
+        branches = side_by_side(
+            branches,
+            other.joint(joint, None, moment.plates_tick, seed),
+            frame.u + 0.5 * second.beside_px,
+            second.beside_px.signum(),
+            second_below_px(&joint.joint, fraction, second.beside_px),
+        );
+    }
     if let Some(stripe) = &drawn.scenario.false_stripe {
         let copies: Vec<Branch> = branches
             .iter()
@@ -101,6 +100,31 @@ pub(super) fn branches(
         branches.extend(copies);
     }
     branches
+}
+
+/// The branches of two joints in one picture: the `other`'s on the side of `sign` beyond `middle_px`, its plates continuing
+/// the first one's, `below_px` deeper.
+fn side_by_side(first: Vec<Branch>, other: Vec<Branch>, middle_px: f64, sign: f64, below_px: f64) -> Vec<Branch> {
+    let cut = |mut branch: Branch, sign: f64, below_px: f64| {
+        for (x, gain) in branch.gain.iter_mut().enumerate() {
+            *gain *= beyond(sign * (x as f64 - middle_px)) as f32;
+        }
+        branch.row_px.iter_mut().for_each(|row| *row += below_px as f32);
+        branch
+    };
+    let first = first.into_iter().map(|branch| cut(branch, -sign, 0.0));
+    first.chain(other.into_iter().map(|branch| cut(branch, sign, below_px))).collect()
+}
+
+/// How far a second joint `beside_px` from the first lies below it, for its plates to continue the first one's \[px\].
+pub(super) fn second_below_px(joint: &Joint, fraction: f64, beside_px: f64) -> f64 {
+    let down_to_the_right = match joint {
+        Joint::Butt(j) => -j.hi_lo_px.at(fraction),
+        Joint::Vgroove(j) => -j.hi_lo_px.at(fraction),
+        Joint::Lap(j) => j.step_px.at(fraction) * if j.upper_on_right { -1.0 } else { 1.0 },
+        Joint::Fillet(_) | Joint::Hairline(_) | Joint::Flat => 0.0,
+    };
+    beside_px.signum() * down_to_the_right
 }
 
 /// Where the seam's row lies below the base line \[px\]: the truth of v.
@@ -120,12 +144,16 @@ pub(super) fn truth_gap_px(joint: &Joint, fraction: f64) -> Option<f64> {
     }
 }
 
+#[derive(Clone, Copy)]
 struct Frame<'a> {
-    base: &'a Base,
+    base: &'a Base<'a>,
     u: f64,
     ragged: [f64; 2],
     gains: [f64; 2],
+    /// Brightness of the right plate relative to the left where no joint separates them.
+    brighter_right: f64,
     fraction: f64,
+    beads: Option<Beads<'a>>,
 }
 
 impl Frame<'_> {
@@ -133,19 +161,44 @@ impl Frame<'_> {
         branch(self.base.columns, at)
     }
 
+    fn joint(&self, joint: &Prepared, tack: Option<&Tack>, tick: usize, seed: u64) -> Vec<Branch> {
+        let mut branches = match (tack, &*joint.joint) {
+            (Some(tack), joint) => self.tack(tack, joint),
+            (None, Joint::Butt(joint)) => self.butt(joint),
+            (None, Joint::Lap(joint)) => self.lap(joint),
+            (None, Joint::Vgroove(joint)) => self.vgroove(joint),
+            (None, Joint::Fillet(joint)) => self.fillet(joint),
+            (None, Joint::Hairline(joint)) => self.hairline(joint, tick, seed),
+            (None, Joint::Flat) => vec![self.flat()],
+        };
+        if let (Some((depth_px, reflectance)), Joint::Vgroove(groove)) = (joint.floor, &*joint.joint) {
+            branches.push(self.floor(0.5 * groove.root_gap_px.at(self.fraction), depth_px, reflectance));
+        }
+        branches
+    }
+
+    fn flat(&self) -> Branch {
+        self.branch(|x| {
+            let right = 1.0 + (self.brighter_right - 1.0) * beyond((x - self.u) / 2.0);
+            (self.base.at(x), self.gains[0] * right, 1.0)
+        })
+    }
+
+    fn floor(&self, half_gap_px: f64, depth_px: f64, reflectance: f64) -> Branch {
+        let (left, right) = (self.u - half_gap_px + self.ragged[0], self.u + half_gap_px + self.ragged[1]);
+        self.branch(|x| (self.base.at(x) + depth_px, reflectance * beyond(x - left) * beyond(right - x), 1.1))
+    }
+
     fn butt(&self, joint: &Butt) -> Vec<Branch> {
         let half_gap = 0.5 * joint.gap_px.at(self.fraction);
         let half_hi_lo = 0.5 * joint.hi_lo_px.at(self.fraction);
         let left = self.u - half_gap + self.ragged[0];
         let right = self.u + half_gap + self.ragged[1];
-        let droop = |distance: f64| joint.bent_edge_px * (-distance.max(0.0) / BENT_LENGTH_PX).exp();
+        let droop = |distance: f64| joint.bent_edge_px * (-distance.max(0.0) / joint.bent_length_px).exp();
         vec![
             self.branch(|x| (self.base.at(x) + half_hi_lo + droop(left - x), self.gains[0] * beyond(left - x), 1.0)),
             self.branch(|x| (self.base.at(x) - half_hi_lo + droop(x - right), self.gains[1] * beyond(x - right), 1.0)),
-            self.branch(|x| {
-                let gain = joint.floor_reflectance * beyond(x - left) * beyond(right - x);
-                (self.base.at(x) + joint.depth_px, gain, 1.1)
-            }),
+            self.floor(half_gap, joint.depth_px, joint.floor_reflectance),
         ]
     }
 
@@ -180,7 +233,33 @@ impl Frame<'_> {
                 (self.base.at(x) + plate + slope * softplus(inward, 0.8), gain, 1.0 + (FLANK_WIDTH - 1.0) * flank)
             })
         };
-        vec![side(0, self.u + self.ragged[0], 1.0, half_hi_lo), side(1, self.u + self.ragged[1], -1.0, -half_hi_lo)]
+        let flanks = vec![
+            side(0, self.u + self.ragged[0], 1.0, half_hi_lo),
+            side(1, self.u + self.ragged[1], -1.0, -half_hi_lo),
+        ];
+        match self.beads {
+            None => flanks,
+            Some(beads) => self.filled(flanks, beads),
+        }
+    }
+
+    /// A groove whose beads hide what lies below them.
+    fn filled(&self, mut flanks: Vec<Branch>, beads: Beads) -> Vec<Branch> {
+        let bead =
+            |x: f64| beads.at(x - self.u).map_or((f64::INFINITY, 0.0), |(below, gain)| (self.base.at(x) + below, gain));
+        // The groove without its root gap, through which nothing is seen from above a bead.
+        let groove = |x: f64, flanks: &[Branch]| f64::from(flanks[usize::from(x >= self.u)].row_px[x as usize]);
+        let over: Vec<f64> =
+            (0..self.base.columns).map(|x| beyond(groove(x as f64, &flanks) - bead(x as f64).0)).collect();
+        let visible = self.branch(|x| {
+            let (row, gain) = bead(x);
+            (row, self.gains[usize::from(x >= self.u)] * gain * over[x as usize], 1.05)
+        });
+        for flank in &mut flanks {
+            flank.gain.iter_mut().zip(&over).for_each(|(gain, over)| *gain *= (1.0 - over) as f32);
+        }
+        flanks.push(visible);
+        flanks
     }
 
     fn fillet(&self, joint: &Fillet) -> Vec<Branch> {

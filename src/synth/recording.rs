@@ -10,6 +10,7 @@ use rayon::prelude::*;
 
 use super::pool::{PoolScenario, PoolScene};
 use super::{Scenario, ScenarioError, Scene};
+use crate::output::{Existing, OutputError, WholeFolder};
 
 /// Why a recording could not be written.
 #[derive(Debug, thiserror::Error)]
@@ -17,12 +18,9 @@ pub enum RecordingError {
     /// The scenario cannot be rendered.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
-    /// There is something already.
-    #[error("{0} exists; choose another folder or add --force")]
-    Exists(PathBuf),
-    /// What is there is not a recording of this program, so it is not replaced.
-    #[error("{0} exists and is not a made-up recording (it has no scenario.toml), so --force does not replace it")]
-    NotARecording(PathBuf),
+    /// The folder cannot be written, or holds something that is not to be replaced.
+    #[error(transparent)]
+    Folder(#[from] OutputError),
     /// A file could not be written.
     #[error("cannot write {}", file.display())]
     Write {
@@ -50,16 +48,16 @@ pub enum RecordingError {
 /// Frames are rendered in parallel, each dropped once written.
 ///
 /// # Errors
-/// When the scenario cannot be rendered, `target` exists (with `force`: exists and is not a recording), or a file
-/// cannot be written.
+/// When the scenario cannot be rendered, something stands at `target` that is not to be replaced, or a file cannot be
+/// written.
 pub fn write_recording(
     scenario: &Scenario,
     target: &Path,
-    force: bool,
+    existing: Existing,
     progress: impl Fn() + Sync,
 ) -> Result<(), RecordingError> {
     let scene = Scene::new(scenario, scenario.seed)?;
-    into_folder(target, force, |folder| {
+    into_folder(target, existing, |folder| {
         write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
         write_truth(&scene, scenario, &folder.join("truth.csv"))?;
         if scenario.recorder.is_irregular() {
@@ -83,11 +81,11 @@ pub fn write_recording(
 pub fn write_pool_recording(
     scenario: &PoolScenario,
     target: &Path,
-    force: bool,
+    existing: Existing,
     progress: impl Fn() + Sync,
 ) -> Result<(), RecordingError> {
     let scene = PoolScene::new(scenario, scenario.seed)?;
-    into_folder(target, force, |folder| {
+    into_folder(target, existing, |folder| {
         write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
         write_pool_truth(&scene, &folder.join("truth.csv"))?;
         let frames = folder.join("frames");
@@ -108,29 +106,14 @@ pub fn write_pool_recording(
 /// Fills a private folder with an empty `frames` in it, and gives it the name `target` when it is complete.
 fn into_folder(
     target: &Path,
-    force: bool,
+    existing: Existing,
     fill: impl FnOnce(&Path) -> Result<(), RecordingError>,
 ) -> Result<(), RecordingError> {
-    if target.exists() {
-        if !force {
-            return Err(RecordingError::Exists(target.to_owned()));
-        }
-        if !target.join("scenario.toml").is_file() {
-            return Err(RecordingError::NotARecording(target.to_owned()));
-        }
-    }
-    let parent = target.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(parent).map_err(failed(parent))?;
-    let partial = tempfile::Builder::new().prefix(".seamtrack-synth-").tempdir_in(parent).map_err(failed(parent))?;
-    // Temporary folders are private; a recording is not.
-    let folder = partial.path().join("recording");
-    let frames = folder.join("frames");
-    std::fs::create_dir_all(&frames).map_err(failed(&frames))?;
-    fill(&folder)?;
-    if target.exists() {
-        std::fs::remove_dir_all(target).map_err(failed(target))?;
-    }
-    std::fs::rename(&folder, target).map_err(failed(target))
+    let folder = WholeFolder::begin(target, existing)?;
+    let frames = folder.path().join("frames");
+    std::fs::create_dir(&frames).map_err(failed(&frames))?;
+    fill(folder.path())?;
+    Ok(folder.finish()?)
 }
 
 /// Name of a frame's file.
@@ -161,7 +144,11 @@ fn write_text(file: &Path, text: &str) -> Result<(), RecordingError> {
 }
 
 fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), RecordingError> {
-    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px\n");
+    // Further columns only where there is something to say: older recordings keep their bytes.
+    let (beads, second) = (!scenario.plates.beads.is_empty(), scenario.rivals.second_seam.is_some());
+    let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px");
+    text += if beads { ",bead_left_px,bead_right_px" } else { "" };
+    text += if second { ",second_px\n" } else { "\n" };
     let along = |i: usize| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
     let origin_px = (0..scene.frame_count()).find_map(along).unwrap_or(0.0);
     for i in 0..scene.frame_count() {
@@ -174,7 +161,15 @@ fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), Re
             },
         );
         let gap = truth.gap_px.map_or_else(String::new, |gap_px| format!("{gap_px:.3}"));
-        text += &format!("{i},{seam},{},{gap}\n", u8::from(truth.occluded));
+        text += &format!("{i},{seam},{},{gap}", u8::from(truth.occluded));
+        if beads {
+            text +=
+                &truth.bead_toes_px.map_or_else(|| ",,".to_owned(), |[left, right]| format!(",{left:.3},{right:.3}"));
+        }
+        if second {
+            text += &truth.second.map_or_else(|| ",".to_owned(), |p| format!(",{:.4}", scene.axis().along_px(p)));
+        }
+        text.push('\n');
     }
     write_text(file, &text)
 }

@@ -1,14 +1,20 @@
 //! A scenario with a seed: frames and truth.
 
 use super::arc::{ArcLight, add_cover, add_smoke};
+use super::base::Base;
+use super::bead::Beads;
 use super::canvas::Canvas;
 use super::draw::{Drawn, drawn};
 use super::noise::{Component, SmoothNoise};
-use super::profile::{Base, branches, truth_below_base_px, truth_gap_px};
-use super::scenario::{Joint, Scenario, ScenarioError, Tack};
+use super::obstacles::Obstacles;
+use super::preparation::Prepared;
+use super::profile::{Branch, branches, second_below_px, truth_below_base_px, truth_gap_px};
+use super::rivals::{other_stripe, reflection};
+use super::scenario::{Joint, Scenario, ScenarioError, Shape, Tack};
 use super::sensor::{expose, read_out};
 use super::spatter::add_spatter;
 use super::stripe::Illumination;
+use super::surface::{OnPlates, Surface};
 use super::timeline::{Moment, Timeline, simulate};
 use crate::frame::GrayFrame;
 use crate::units::{PixelPoint, StripeAxis};
@@ -17,6 +23,9 @@ use crate::units::{PixelPoint, StripeAxis};
 const MARGIN_PX: f64 = 12.0;
 /// How far the path's middle is moved from the image's middle at most, as a fraction of the room there is.
 const OFFSET_SHARE: f64 = 0.35;
+
+/// How far from a pipe's axis a joint may lie at most, as a share of its radius (chosen: 50° of its side).
+const PIPE_SHARE: f64 = 0.76;
 
 /// A scenario and a seed, ready to render any frame in any order from any thread.
 #[derive(Debug, Clone)]
@@ -29,6 +38,8 @@ pub struct Scene {
     base_row_px: f64,
     stripe_centre_px: f64,
     arc: ArcLight,
+    surface: Surface,
+    obstacles: Obstacles,
     timeline: Timeline,
 }
 
@@ -41,6 +52,10 @@ pub struct Truth {
     pub occluded: bool,
     /// Visible opening \[px\] of a butt joint or a V-groove's root.
     pub gap_px: Option<f64>,
+    /// Outermost toes of the beads of earlier passes, along the stripe \[px\]; none where there is no bead.
+    pub bead_toes_px: Option<[f64; 2]>,
+    /// Image coordinates of a second seam's centre \[px\].
+    pub second: Option<PixelPoint>,
 }
 
 impl Scene {
@@ -58,6 +73,7 @@ impl Scene {
         };
         let middle = 0.5 * along_px as f64;
         let reach = s.stripe.length_px.map_or(middle, |length| middle.min(0.5 * length)) - MARGIN_PX;
+        let reach = s.plates.shape.radius_px.map_or(reach, |radius| reach.min(PIPE_SHARE * radius.abs()));
         let (low, high) = simulate(&drawn, seed, 0.0).along.range_px();
         let room = reach - 0.5 * (high - low);
         let has_joint = !matches!(s.joint, Joint::Flat);
@@ -75,9 +91,25 @@ impl Scene {
         let timeline = simulate(&drawn, seed, middle + offset);
         let base_row_px = 0.5 * across_px as f64 - 0.5 * truth_below_base_px(&s.joint)
             + centring_px(&s.joint, along_px)
+            + shape_centring_px(&s.plates.shape, along_px, middle + offset)
             + 0.08 * across_px as f64 * drawn.across_offset;
         let arc = ArcLight::new(&drawn.disturbances.arc, s.image.stripe, along_px, across_px, middle + offset);
-        Ok(Self { stripe_centre_px: middle, drawn, seed, along_px, across_px, base_row_px, arc, timeline })
+        let travel_px = travel_px_per_frame(s);
+        let line = |tick: f64| timeline.along.at(tick);
+        let surface = Surface::new(&s.plates, travel_px, seed, timeline.ticks, along_px, line);
+        let obstacles = Obstacles::new(&s.view, seed, along_px, across_px, base_row_px);
+        Ok(Self {
+            stripe_centre_px: middle,
+            drawn,
+            seed,
+            along_px,
+            across_px,
+            base_row_px,
+            arc,
+            surface,
+            obstacles,
+            timeline,
+        })
     }
 
     /// Number of recorded frames.
@@ -123,15 +155,18 @@ impl Scene {
     #[must_use]
     pub fn truth(&self, frame: usize) -> Truth {
         let moment = &self.timeline.moments[frame];
-        let joint = self.joint_at(moment);
-        if matches!(joint, Joint::Flat) {
-            return Truth { seam: None, occluded: false, gap_px: None };
+        if !self.has_joint(moment) {
+            return Truth { seam: None, occluded: false, gap_px: None, bead_toes_px: None, second: None };
         }
-        let occluded = moment.cover.is_some() || self.tack_at(moment).is_some();
+        let joint = self.prepared(moment).joint;
+        let seam = self.seam_in_stripe_frame(moment);
+        let hidden = self.obstacles.hide(seam.u_px, seam.v_px, moment.tick as f64);
         Truth {
-            seam: Some(self.axis().image_from_stripe(self.seam_in_stripe_frame(moment))),
-            occluded,
-            gap_px: truth_gap_px(joint, self.fraction(moment)),
+            seam: Some(self.axis().image_from_stripe(seam)),
+            occluded: moment.cover.is_some() || self.tack_at(moment).is_some() || hidden,
+            gap_px: truth_gap_px(&joint, self.fraction(moment)),
+            bead_toes_px: self.bead_toes_px(moment, &joint),
+            second: self.second_in_stripe_frame(moment, &joint).map(|second| self.axis().image_from_stripe(second)),
         }
     }
 
@@ -143,25 +178,43 @@ impl Scene {
     pub fn render(&self, frame: usize) -> GrayFrame {
         let moment = &self.timeline.moments[frame];
         let s = &self.drawn.scenario;
-        let tick = moment.tick;
-        let joint = self.joint_at(moment);
         let mut canvas = Canvas::filled(self.along_px, self.across_px, s.sensor.background_grey as f32);
         self.add_ambient(moment, &mut canvas);
-        let branches = branches(
-            &self.drawn,
-            joint,
-            self.tack_at(moment),
-            &self.base(moment),
-            moment,
-            self.fraction(moment),
-            self.seed,
-        );
-        Illumination { stripe: &s.stripe, centre_px: self.stripe_centre_px, tick, seed: self.seed }
+        let branches = self.branches(moment);
+        // Where the plates stand still, so does their speckle.
+        Illumination { stripe: &s.stripe, centre_px: self.stripe_centre_px, tick: moment.plates_tick, seed: self.seed }
             .paint(&branches, &mut canvas);
         self.disturb(moment, &mut canvas);
         expose(&s.sensor, moment.exposure, &mut canvas);
         #[expect(clippy::expect_used, reason = "a checked scenario's image has pixels")]
-        read_out(&s.sensor, self.axis(), self.seed, tick, &canvas).expect("the canvas has pixels")
+        let mut picture =
+            read_out(&s.sensor, self.axis(), self.seed, moment.tick, &canvas).expect("the canvas has pixels");
+        self.obstacles.kill(self.axis(), &mut picture);
+        picture
+    }
+
+    /// All lines of light of a frame.
+    fn branches(&self, moment: &Moment) -> Vec<Branch> {
+        let s = &self.drawn.scenario;
+        let (base, fraction, tick) = (self.base(moment), self.fraction(moment), moment.plates_tick as f64);
+        let joint = if self.has_joint(moment) { self.prepared(moment) } else { Prepared::flat() };
+        let mut branches = branches(&self.drawn, &joint, self.tack_at(moment), &base, moment, fraction, self.seed);
+        if s.plates.shape != Shape::default() {
+            for branch in &mut branches {
+                branch.gain.iter_mut().enumerate().for_each(|(x, gain)| *gain *= base.light(x as f64) as f32);
+            }
+        }
+        let shake_px = moment.along_px - self.timeline.along.at(tick);
+        self.surface.mark(&mut branches, OnPlates { tick, shake_px, seam_px: moment.along_px });
+        if self.has_joint(moment) {
+            let seam = self.seam_in_stripe_frame(moment);
+            for (number, rival) in (0..).zip(&s.rivals.reflections) {
+                branches.push(reflection(rival, number, self.along_px, seam, tick, self.seed));
+            }
+        }
+        branches.extend(s.rivals.stripes.iter().map(|stripe| other_stripe(stripe, self.along_px, self.base_row_px)));
+        self.obstacles.dim(&mut branches, moment.tick as f64);
+        branches
     }
 
     /// A recorded `image` as it would look in the arc, smoke and spatter of this scene's `frame`, the image's border
@@ -195,35 +248,59 @@ impl Scene {
             let seam = self.seam_in_stripe_frame(moment);
             add_cover(d.covers.half_width_px, number, seam, self.seed, tick, canvas);
         }
+        self.obstacles.hang(tick as f64, canvas);
         self.arc.add_glare(moment.flicker, canvas);
         if moment.flicker > 0.0 {
             add_spatter(&d.spatter, moment.burst, self.arc.position, self.seed, tick, canvas);
         }
+        self.obstacles.soil(d.arc.glare_grey * moment.flicker, canvas);
     }
 
     /// How much of the recording has passed, 0 to 1.
     fn fraction(&self, moment: &Moment) -> f64 {
-        moment.tick as f64 / (self.timeline.ticks.max(2) - 1) as f64
+        moment.plates_tick as f64 / (self.timeline.ticks.max(2) - 1) as f64
     }
 
-    fn base(&self, moment: &Moment) -> Base {
+    fn base(&self, moment: &Moment) -> Base<'_> {
         let stripe = &self.drawn.scenario.stripe;
         Base {
             columns: self.along_px,
             row_px: self.base_row_px + moment.across_px,
             tilt: stripe.tilt,
             sag_px: stripe.sag_px,
+            shape: &self.drawn.scenario.plates.shape,
+            seam_px: moment.along_px,
         }
     }
 
     fn seam_in_stripe_frame(&self, moment: &Moment) -> PixelPoint {
-        let below = truth_below_base_px(&self.drawn.scenario.joint);
+        let below = truth_below_base_px(&self.prepared(moment).joint);
         PixelPoint::new(moment.along_px, self.base(moment).at(moment.along_px) + below)
     }
 
-    /// The joint at a camera frame, `Flat` outside its extent.
-    fn joint_at(&self, moment: &Moment) -> &Joint {
-        if self.exists_at(moment.tick as f64) { &self.drawn.scenario.joint } else { &Joint::Flat }
+    fn second_in_stripe_frame(&self, moment: &Moment, joint: &Joint) -> Option<PixelPoint> {
+        let beside_px = self.drawn.scenario.rivals.second_seam?.beside_px;
+        let along_px = moment.along_px + beside_px;
+        let below = truth_below_base_px(joint) + second_below_px(joint, self.fraction(moment), beside_px);
+        Some(PixelPoint::new(along_px, self.base(moment).at(along_px) + below))
+    }
+
+    fn bead_toes_px(&self, moment: &Moment, joint: &Joint) -> Option<[f64; 2]> {
+        let Joint::Vgroove(groove) = joint else { return None };
+        let beads = Beads { beads: &self.drawn.scenario.plates.beads, tick: moment.plates_tick, seed: self.seed };
+        let toes = beads.toes_px(groove, self.fraction(moment))?;
+        Some(toes.map(|toe| moment.along_px + toe))
+    }
+
+    /// The joint at a camera frame, wherever it exists.
+    fn prepared(&self, moment: &Moment) -> Prepared<'_> {
+        let s = &self.drawn.scenario;
+        Prepared::at(&s.joint, s.change.as_ref(), moment.plates_tick, self.fraction(moment))
+    }
+
+    /// Whether there is a joint under the stripe.
+    fn has_joint(&self, moment: &Moment) -> bool {
+        self.exists_at(moment.plates_tick as f64) && !matches!(self.drawn.scenario.joint, Joint::Flat)
     }
 
     fn exists_at(&self, tick: f64) -> bool {
@@ -232,20 +309,17 @@ impl Scene {
     }
 
     fn tack_at(&self, moment: &Moment) -> Option<&Tack> {
-        if matches!(self.joint_at(moment), Joint::Flat) {
+        if !self.has_joint(moment) {
             return None;
         }
-        self.drawn.scenario.tacks.iter().find(|tack| (tack.from_frame..tack.to_frame).contains(&moment.tick))
+        self.drawn.scenario.tacks.iter().find(|tack| (tack.from_frame..tack.to_frame).contains(&moment.plates_tick))
     }
 
     /// Plates in ambient light: stains that travel, and a hairline joint before and behind the stripe.
     fn add_ambient(&self, moment: &Moment, canvas: &mut Canvas) {
         let s = &self.drawn.scenario;
-        let tick = moment.tick as f64;
-        let travel_px = match &s.joint {
-            Joint::Hairline(hairline) => hairline.travel_px_per_frame,
-            _ => 3.0,
-        };
+        let tick = moment.plates_tick as f64;
+        let travel_px = travel_px_per_frame(s);
         if s.sensor.texture_grey > 0.0 {
             let stains = SmoothNoise::new(self.seed, Component::Texture, 1);
             let texture = s.sensor.texture_grey as f32;
@@ -262,7 +336,7 @@ impl Scene {
 
     /// The joint in ambient light: what lies `w` rows beyond the stripe passed it `w / travel` frames ago or will.
     fn add_ambient_line(&self, contrast_grey: f64, travel_px: f64, moment: &Moment, canvas: &mut Canvas) {
-        let tick = moment.tick as f64;
+        let tick = moment.plates_tick as f64;
         let contrast = SmoothNoise::new(self.seed, Component::Hairline, 9);
         let shake = moment.along_px - self.timeline.along.at(tick);
         let base = self.base(moment);
@@ -281,6 +355,22 @@ impl Scene {
             }
         }
     }
+}
+
+/// Travel of the plates between two camera frames \[px\].
+fn travel_px_per_frame(scenario: &Scenario) -> f64 {
+    match &scenario.joint {
+        Joint::Hairline(hairline) => hairline.travel_px_per_frame,
+        _ => scenario.plates.travel_px_per_frame,
+    }
+}
+
+/// Moves bent plates so that they stay inside \[px\]: half of what the stripe falls or rises on the image's length.
+fn shape_centring_px(shape: &Shape, columns: usize, seam_px: f64) -> f64 {
+    let base = Base { columns, row_px: 0.0, tilt: 0.0, sag_px: 0.0, shape, seam_px };
+    let rows = (0..columns).step_by(8).map(|x| x as f64).filter(|&x| base.light(x) > 0.2).map(|x| base.at(x));
+    let (low, high) = rows.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), row| (low.min(row), high.max(row)));
+    if low <= high { -0.5 * (low + high) } else { 0.0 }
 }
 
 /// Moves joints that rise towards the image's ends so that they stay inside \[px\].

@@ -13,10 +13,10 @@ const OVERFLOW_LIMIT_GREY: f32 = 1500.0;
 /// Side of the cells on which bloom spreads \[px\]; it reaches about two cells.
 const BLOOM_CELL_PX: usize = 4;
 
-/// Multiplies by the exposure and spreads the light above saturation.
+/// Multiplies by gain and exposure and spreads the light above saturation.
 pub(super) fn expose(sensor: &Sensor, exposure: f64, canvas: &mut Canvas) {
-    let exposure = exposure.max(0.1) as f32;
-    canvas.change(|_, _, value| *value *= exposure);
+    let gain = (sensor.gain * exposure.max(0.1)) as f32;
+    canvas.change(|_, _, value| *value *= gain);
     let (width, height) = (canvas.width_px(), canvas.height_px());
     let (columns, rows) = (width / BLOOM_CELL_PX + 2, height / BLOOM_CELL_PX + 2);
     let mut overflow = vec![0.0_f32; columns * rows];

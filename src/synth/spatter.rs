@@ -38,26 +38,28 @@ pub(super) fn add_spatter(
         let from_arc = (at.1 - arc.v_px as f32).atan2(at.0 - arc.u_px as f32);
         let direction = from_arc + DIRECTION_SD_RAD * normal(&mut rng);
         if rng.random::<f64>() < spatter.blobs {
-            add_blob(at, direction, &mut rng, canvas);
+            add_blob(at, direction, spatter.thickness as f32, &mut rng, canvas);
         } else {
-            add_streak(at, direction, spatter.length_px as f32, &mut rng, canvas);
+            add_streak(at, direction, spatter, &mut rng, canvas);
         }
     }
     if burst && rng.random_bool(LANDING_CHANCE) {
         // A drop that lands beside the stripe still glows.
+        let spread_px = spatter.thickness as f32 * LANDING_SPREAD_PX;
         let at = (
-            arc.u_px as f32 + LANDING_SPREAD_PX * normal(&mut rng),
-            0.5 * canvas.height_px() as f32 + LANDING_SPREAD_PX * normal(&mut rng),
+            arc.u_px as f32 + spread_px * normal(&mut rng),
+            0.5 * canvas.height_px() as f32 + spread_px * normal(&mut rng),
         );
-        add_blob(at, 0.0, &mut rng, canvas);
+        add_blob(at, 0.0, spatter.thickness as f32, &mut rng, canvas);
     }
 }
 
 /// A straight, slightly bending streak: bright head, fading tail.
-fn add_streak(head: (f32, f32), direction: f32, length_px: f32, rng: &mut Pcg64Mcg, canvas: &mut Canvas) {
+fn add_streak(head: (f32, f32), direction: f32, spatter: &Spatter, rng: &mut Pcg64Mcg, canvas: &mut Canvas) {
+    let length_px = spatter.length_px as f32;
     let exponential: f32 = Exp1.sample(rng);
     let length = length_px * (0.25 + 0.75 * exponential).min(6.0);
-    let sigma = rng.random_range(0.7..2.1_f32);
+    let sigma = spatter.thickness as f32 * rng.random_range(0.7..2.1_f32);
     let grey = 90.0
         + 220.0 * {
             let e: f32 = Exp1.sample(rng);
@@ -81,8 +83,8 @@ fn add_streak(head: (f32, f32), direction: f32, length_px: f32, rng: &mut Pcg64M
 }
 
 /// A particle out of focus: a disc with a brighter rim, drawn out a little by its motion.
-fn add_blob(centre: (f32, f32), direction: f32, rng: &mut Pcg64Mcg, canvas: &mut Canvas) {
-    let radius = rng.random_range(1.5..7.0_f32);
+fn add_blob(centre: (f32, f32), direction: f32, thickness: f32, rng: &mut Pcg64Mcg, canvas: &mut Canvas) {
+    let radius = thickness * rng.random_range(1.5..7.0_f32);
     let stretch = rng.random_range(1.0..3.0_f32);
     let grey = 45.0
         + 120.0 * {

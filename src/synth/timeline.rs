@@ -12,6 +12,8 @@ use super::scenario::{PathTerm, Recorder};
 pub(super) struct Moment {
     /// The camera's frame number: missing frames run on, repeated frames stand still.
     pub(super) tick: usize,
+    /// The camera frame whose plates are seen: `tick`, until they stand still.
+    pub(super) plates_tick: usize,
     /// Time stamp \[s\].
     pub(super) timestamp_s: f64,
     /// Where the joint is along the stripe \[px\].
@@ -88,7 +90,13 @@ pub(super) fn simulate(drawn: &Drawn, seed: u64, centre_px: f64) -> Timeline {
     let ticks = clock.last().map_or(1, |&(tick, _)| tick + 1);
     let along = Course::centred(&scenario.path, ticks as f64, centre_px);
     let height = Course::centred(&scenario.height, ticks as f64, 0.0);
-    let camera = camera_moments(drawn, ticks, &along, &height, &mut rng);
+    let mut camera = camera_moments(drawn, ticks, &along, &height, &mut rng);
+    if let Some(from) = scenario.view.standstill_from_frame {
+        stand_still(&mut camera, from);
+    }
+    if scenario.view.exposure_follows_arc > 0.0 {
+        follow_arc(&mut camera, scenario.view.exposure_follows_arc * drawn.disturbances.arc.glare_grey);
+    }
     let moments = clock
         .iter()
         .map(|&(tick, periods)| {
@@ -97,6 +105,31 @@ pub(super) fn simulate(drawn: &Drawn, seed: u64, centre_px: f64) -> Timeline {
         })
         .collect();
     Timeline { moments, along, ticks }
+}
+
+/// Nothing of the plates moves any more from a camera frame on.
+fn stand_still(camera: &mut [Moment], from: usize) {
+    let Some(last) = camera.get(from).cloned() else { return };
+    for moment in &mut camera[from..] {
+        moment.plates_tick = last.plates_tick;
+        (moment.along_px, moment.across_px) = (last.along_px, last.across_px);
+        moment.raggedness_px = last.raggedness_px;
+    }
+}
+
+/// Glare that halves the exposure of a camera that follows the arc \[grey\] (chosen: a target of about 100 grey).
+const HALVING_GLARE_GREY: f64 = 100.0;
+/// Share of the way to its aim that an automatic exposure goes in a frame (chosen: it settles within some five frames).
+const EXPOSURE_STEP: f64 = 0.35;
+
+/// Lets the exposure follow the arc's glare, `glare_grey` at its mean.
+fn follow_arc(camera: &mut [Moment], glare_grey: f64) {
+    let mut exposure = 1.0;
+    for moment in camera {
+        moment.exposure *= exposure;
+        let aim = 1.0 / (1.0 + glare_grey * moment.flicker / HALVING_GLARE_GREY);
+        exposure += EXPOSURE_STEP * (aim - exposure);
+    }
 }
 
 /// For each recorded frame the camera's frame number and the time in periods.
@@ -145,6 +178,7 @@ fn camera_moments(drawn: &Drawn, ticks: usize, along: &Course, height: &Course, 
             let opacity = (d.smoke.opacity * log_normal(smoke.step(rng), SMOKE_VARIATION)).min(0.8);
             Moment {
                 tick,
+                plates_tick: tick,
                 timestamp_s: 0.0,
                 along_px: along.at(tick as f64) + vibration[0].step(rng),
                 across_px: height.at(tick as f64) + vibration[1].step(rng),

@@ -240,4 +240,6 @@ pub struct JointDecision {
     pub frame: usize,
     /// Why, in one sentence.
     pub reason: String,
+    /// The kind that the frames show by themselves, where another was asked for.
+    pub contradicted_by: Option<&'static str>,
 }

@@ -37,9 +37,4 @@ impl View {
     pub fn picture_from_view(&self, point: PixelPoint) -> PixelPoint {
         self.axis.image_from_stripe(self.raster.picture_from_raster(point))
     }
-
-    /// A point of the picture in the view.
-    pub fn view_from_picture(&self, point: PixelPoint) -> PixelPoint {
-        self.raster.raster_from_picture(self.axis.stripe_from_image(point))
-    }
 }

@@ -153,11 +153,14 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             unreadable: count(Status::Unreadable),
             repeated: 4,
             saturated: 0,
+            frozen: 0,
+            bad_stamps: 0,
         },
         joint: Joint {
             kind: "butt".into(),
             decided_at_frame: Some(3),
             reason: "two facing edges with a 13 px gap".into(),
+            contradicted_by: None,
             later: vec![],
         },
         timing: Timing {

@@ -3,9 +3,14 @@
 
 mod bad_config;
 mod bad_frames;
+mod broken_recordings;
 mod contract;
 mod exit_codes;
 mod golden;
 mod kinds;
+mod limits;
+mod messages;
 mod outputs;
 mod program;
+mod users_files;
+mod whole_or_absent;

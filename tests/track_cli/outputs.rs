@@ -11,10 +11,10 @@ use seamtrack::report::results::PathRow;
 
 use crate::program::{demo, demo_frames, line_with, recording, rows, seamtrack, track, tracked};
 
-/// Every file of a folder with its bytes.
+/// Every file of a folder with its bytes, but for the list of them.
 fn contents(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap());
-    let files = entries.filter(|entry| entry.path().is_file());
+    let files = entries.filter(|entry| entry.path().is_file() && entry.file_name() != ".seamtrack.json");
     files.map(|file| (file.file_name().into_string().unwrap(), fs::read(file.path()).unwrap())).collect()
 }
 
@@ -43,10 +43,9 @@ fn the_recording_itself_is_never_written_over() {
     fs::rename(recording(folder.path(), 3), input.join("frames")).unwrap();
     fs::write(input.join("truth.csv"), "frame,u_px\n0,185.6\n1,185.0\n2,184.7\n").unwrap();
     let before = contents(&input);
-    // Results keep a copy of their truth: it must not replace, or take away, the recording's own.
     for input in [&input, &input.join("frames")] {
         let output = folder.path().join("mine");
-        track(input, &output).arg("--force").assert().code(1).stderr(line_with(&["truth.csv", "another folder"]));
+        track(input, &output).arg("--force").assert().code(1).stderr(line_with(&["mine", "which is read"]));
     }
     for overlay in [input.clone(), input.join("frames")] {
         let output = folder.path().join("out");

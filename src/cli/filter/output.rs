@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::path::Path;
 
+use anyhow::bail;
 use seamtrack::kalman::NoiseParameter;
 use seamtrack::kalman::consistency::mean_band_999;
 use seamtrack::report::atomic::write_atomically;
@@ -43,6 +44,23 @@ pub struct Row {
     pub smooth_x_std: Option<f64>,
 }
 
+impl Row {
+    const fn numbers(&self) -> [Option<f64>; 10] {
+        [
+            self.x,
+            self.x_std,
+            self.velocity,
+            self.velocity_std,
+            self.innovation1,
+            self.innovation2,
+            self.nis,
+            self.weight,
+            self.smooth_x,
+            self.smooth_x_std,
+        ]
+    }
+}
+
 /// The result of one run.
 pub struct Outcome {
     /// One row a line of the input.
@@ -58,6 +76,23 @@ pub struct Outcome {
 }
 
 impl Outcome {
+    /// Refuses numbers that have left the range of floating point.
+    pub fn check_finite(&self) -> anyhow::Result<()> {
+        let first = self.rows.iter().position(|row| row.x.is_some()).unwrap_or(0);
+        // The printed equations may lose a state; every other filter has one from its start on.
+        let has_states = self.log_likelihood.is_some();
+        for (line, row) in self.rows.iter().enumerate().skip(first) {
+            let is_finite = row.numbers().into_iter().flatten().all(f64::is_finite);
+            if !is_finite || (has_states && row.x.is_none()) {
+                bail!("measurement {}: the filter's numbers overflow: give the series in a larger unit", line + 1);
+            }
+        }
+        if self.log_likelihood.is_some_and(|likelihood| !likelihood.is_finite()) {
+            bail!("the likelihood of the series overflows: give the series in a larger unit");
+        }
+        Ok(())
+    }
+
     /// The summary as JSON; `run` says what was asked for.
     pub fn summary(&self, run: Map<String, Value>) -> Value {
         let nis: Vec<f64> = self.rows.iter().filter_map(|row| row.nis).collect();
@@ -82,6 +117,24 @@ impl Outcome {
         summary.extend(self.more.clone());
         Value::Object(summary)
     }
+}
+
+/// A parameter with seven digits: enough to give it back to the program, and to read.
+pub fn digits(value: f64) -> String {
+    let magnitude = if value == 0.0 { 0 } else { value.abs().log10().floor() as i32 };
+    if (-4..7).contains(&magnitude) {
+        let decimals = usize::try_from(6 - magnitude).unwrap_or(0);
+        format!("{value:.decimals$}")
+    } else {
+        format!("{value:.6e}")
+    }
+}
+
+/// The mean NIS and where it lies when the filter's σ are right.
+pub fn nis_line(summary: &Value) -> String {
+    let number = |value: &Value| value.as_f64().map_or_else(|| "none".to_owned(), |value| format!("{value:.3}"));
+    let (nis, band) = (&summary["nis"], &summary["nis"]["consistent_band_999"]);
+    format!("mean NIS {} (consistent within {} to {})\n", number(&nis["mean"]), number(&band[0]), number(&band[1]))
 }
 
 /// Writes both files, each complete or not at all.

@@ -8,7 +8,7 @@ use crate::units::StripeAxis;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Image {
-    /// Columns \[px\], 320 to 2048. Default 640.
+    /// Columns \[px\], 320 to 2592. Default 640.
     pub width_px: usize,
     /// Rows \[px\], 240 to 2048. Default 480.
     pub height_px: usize,
@@ -79,6 +79,8 @@ pub struct Sensor {
     pub bloom: f64,
     /// Standard deviation of the exposure from frame to frame, 0 to 0.5. Default 0.02, chosen.
     pub exposure: f64,
+    /// Exposure time and gain together: all light is multiplied by it before it saturates, 0.05 to 10. Default 1.
+    pub gain: f64,
 }
 
 impl Default for Sensor {
@@ -91,6 +93,7 @@ impl Default for Sensor {
             column_noise_grey: 0.5,
             bloom: 0.12,
             exposure: 0.02,
+            gain: 1.0,
         }
     }
 }
@@ -137,8 +140,8 @@ impl Recorder {
 impl Image {
     /// What is wrong with the image, if anything.
     pub(super) fn problem(&self) -> Option<&'static str> {
-        (!((320..=2048).contains(&self.width_px) && (240..=2048).contains(&self.height_px)))
-            .then_some("image: width_px lies in 320..2048, height_px in 240..2048")
+        (!((320..=2592).contains(&self.width_px) && (240..=2048).contains(&self.height_px)))
+            .then_some("image: width_px lies in 320..2592, height_px in 240..2048")
     }
 }
 
@@ -169,10 +172,11 @@ pub(super) fn problem(
         && within(sensor.shot_noise_grey, 0.0, 2.0)
         && within(sensor.column_noise_grey, 0.0, 20.0)
         && within(sensor.bloom, 0.0, 1.0)
-        && within(sensor.exposure, 0.0, 0.5))
+        && within(sensor.exposure, 0.0, 0.5)
+        && within(sensor.gain, 0.05, 10.0))
     {
         return Some(
-            "sensor: background_grey lies in 0..200, texture_grey and read_noise_grey in 0..50, shot_noise_grey in 0..2, column_noise_grey in 0..20, bloom in 0..1, exposure in 0..0.5",
+            "sensor: background_grey lies in 0..200, texture_grey and read_noise_grey in 0..50, shot_noise_grey in 0..2, column_noise_grey in 0..20, bloom in 0..1, exposure in 0..0.5, gain in 0.05..10",
         );
     }
     if !(within(vibration.along_px, 0.0, 50.0)

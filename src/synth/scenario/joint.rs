@@ -27,14 +27,16 @@ pub enum Joint {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Butt {
-    /// Gap width \[px\], 0 to 200, may change along the way. Default 13: scene A of the method's description.
+    /// Gap width \[px\], 0 to 1000, may change along the way. Default 13: scene A of the method's description.
     pub gap_px: Ramp,
-    /// How far below the plates the gap's floor appears \[px\], 0 to 200. Default 24: scene A.
+    /// How far below the plates the gap's floor appears \[px\], 0 to 1000. Default 24: scene A.
     pub depth_px: f64,
     /// Height of the right plate above the left one \[px\], −100 to 100. Default 0.
     pub hi_lo_px: Ramp,
     /// How far both plates' edges droop \[px\], −50 to 50. Default 3.5: scene A.
     pub bent_edge_px: f64,
+    /// Length along the stripe in which the droop falls to 1/e \[px\], 1 to 500. Default 11, chosen.
+    pub bent_length_px: f64,
     /// Brightness of the gap's floor relative to the plates, 0 to 1. Default 0.5, chosen: a backing strip in the shade.
     pub floor_reflectance: f64,
 }
@@ -46,6 +48,7 @@ impl Default for Butt {
             depth_px: 24.0,
             hi_lo_px: Ramp::Constant(0.0),
             bent_edge_px: 3.5,
+            bent_length_px: 11.0,
             floor_reflectance: 0.5,
         }
     }
@@ -55,7 +58,7 @@ impl Default for Butt {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Lap {
-    /// How far the lower plate's stripe lies below the upper one's \[px\], −200 to 200, may change along the way.
+    /// How far the lower plate's stripe lies below the upper one's \[px\], −1000 to 1000, may change along the way.
     /// Default 24: scene B of the method's description.
     pub step_px: Ramp,
     /// Unlit length between the two stripes \[px\], 0 to 100. Default 5: scene B.
@@ -202,21 +205,55 @@ const fn tack_half_width() -> f64 {
     26.0
 }
 
+/// A change of the joint's preparation: another gap, another width, or a butt joint's edges bevelled to a V-groove.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Change {
+    /// First camera frame of the change.
+    pub from_frame: usize,
+    /// Frames it takes, 1 to 100 000. Default 20, chosen: a plate's bevel runs out over some centimetres.
+    #[serde(default = "twenty")]
+    pub over_frames: usize,
+    /// The joint behind it: of the same kind, or a V-groove behind a butt joint, or a butt joint behind a V-groove.
+    pub joint: Joint,
+}
+
+const fn twenty() -> usize {
+    20
+}
+
+impl Change {
+    /// What is wrong with the change from `first`, if anything.
+    pub(super) fn problem(&self, first: &Joint) -> Option<&'static str> {
+        use Joint::{Butt, Fillet, Lap, Vgroove};
+        if !(1..=100_000).contains(&self.over_frames) {
+            return Some("change: over_frames lie in 1..100000");
+        }
+        match (first, &self.joint) {
+            (Butt(_) | Vgroove(_), Butt(_) | Vgroove(_)) | (Lap(_), Lap(_)) | (Fillet(_), Fillet(_)) => {
+                self.joint.problem()
+            }
+            _ => Some("change: the joint is of the same kind, or one is a butt joint and one a V-groove"),
+        }
+    }
+}
+
 impl Joint {
     /// What is wrong with the joint, if anything.
     pub(super) fn problem(&self) -> Option<&'static str> {
         let within = |value: f64, low: f64, high: f64| (low..=high).contains(&value);
         match self {
-            Self::Butt(j) => (!(j.gap_px.within(0.0..=200.0)
-                && within(j.depth_px, 0.0, 200.0)
+            Self::Butt(j) => (!(j.gap_px.within(0.0..=1000.0)
+                && within(j.depth_px, 0.0, 1000.0)
                 && j.hi_lo_px.within(-100.0..=100.0)
                 && within(j.bent_edge_px, -50.0, 50.0)
+                && within(j.bent_length_px, 1.0, 500.0)
                 && within(j.floor_reflectance, 0.0, 1.0)))
-            .then_some("gap_px and depth_px lie in 0..200, hi_lo_px in ±100, bent_edge_px in ±50, floor_reflectance in 0..1"),
-            Self::Lap(j) => (!(j.step_px.within(-200.0..=200.0)
+            .then_some("gap_px and depth_px lie in 0..1000, hi_lo_px in ±100, bent_edge_px in ±50, bent_length_px in 1..500, floor_reflectance in 0..1"),
+            Self::Lap(j) => (!(j.step_px.within(-1000.0..=1000.0)
                 && within(j.shadow_px, 0.0, 100.0)
                 && within(j.glint, 0.0, 3.0)))
-            .then_some("step_px lies in ±200, shadow_px in 0..100, glint in 0..3"),
+            .then_some("step_px lies in ±1000, shadow_px in 0..100, glint in 0..3"),
             Self::Vgroove(j) => (!(within(j.half_width_px, 4.0, 1000.0)
                 && within(j.depth_px, 1.0, 1000.0)
                 && j.root_gap_px.within(0.0..=200.0)

@@ -73,11 +73,13 @@ pub struct Spatter {
     pub length_px: f64,
     /// Fraction of the tracks that are slow, defocused blobs, 0 to 1. Default 0.2: real frames show both.
     pub blobs: f64,
+    /// Thickness of the tracks and size of the blobs relative to those of a 640 × 480 image, 0.1 to 20. Default 1.
+    pub thickness: f64,
 }
 
 impl Default for Spatter {
     fn default() -> Self {
-        Self { tracks: 0.0, burst_share: 0.0, length_px: 28.0, blobs: 0.2 }
+        Self { tracks: 0.0, burst_share: 0.0, length_px: 28.0, blobs: 0.2, thickness: 1.0 }
     }
 }
 
@@ -184,9 +186,12 @@ impl Disturbances {
         if !(within(spatter.tracks, 0.0, 500.0)
             && within(spatter.burst_share, 0.0, 0.95)
             && within(spatter.length_px, 1.0, 1000.0)
-            && within(spatter.blobs, 0.0, 1.0))
+            && within(spatter.blobs, 0.0, 1.0)
+            && within(spatter.thickness, 0.1, 20.0))
         {
-            return Some("spatter: tracks lie in 0..500, burst_share in 0..0.95, blobs in 0..1, length_px in 1..1000");
+            return Some(
+                "spatter: tracks lie in 0..500, burst_share in 0..0.95, blobs in 0..1, length_px in 1..1000, thickness in 0.1..20",
+            );
         }
         if !(within(smoke.share, 0.0, 0.95)
             && within(smoke.opacity, 0.0, 0.95)

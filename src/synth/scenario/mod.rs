@@ -4,15 +4,21 @@ mod camera;
 mod joint;
 mod light;
 mod path;
+mod plates;
+mod rivals;
+mod view;
 
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
 pub use camera::{Image, Recorder, Sensor, Stripe, Vibration};
-pub use joint::{Butt, Edges, Extent, Fillet, Hairline, Joint, Lap, Tack, Vgroove};
+pub use joint::{Butt, Change, Edges, Extent, Fillet, Hairline, Joint, Lap, Tack, Vgroove};
 pub use light::{Arc, Covers, Disturbances, FalseStripe, Severity, Side, Smoke, Spatter};
 pub use path::{PathTerm, Ramp};
+pub use plates::{Bead, Finish, MarkForm, Marks, Plates, Shape};
+pub use rivals::{OtherStripe, Reflection, Rivals, SeamSide, SecondSeam};
+pub use view::{Cable, DeadPixels, Dirt, LineGap, Shadow, View};
 
 use crate::units::MmPerPx;
 
@@ -90,6 +96,22 @@ pub struct Scenario {
     /// Tack welds. Default none.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub tacks: Vec<Tack>,
+    /// The joint's preparation changes on the way. Default: it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub change: Option<Change>,
+    /// Shape and finish of the plates, and what lies on them.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub plates: Plates,
+    /// What looks like the stripe or the seam and is not.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub rivals: Rivals,
+    /// What lies between the plates and the picture.
+    #[serde(default, skip_serializing_if = "is_default")]
+    pub view: View,
+}
+
+fn is_default<T: Default + PartialEq>(section: &T) -> bool {
+    *section == T::default()
 }
 
 const fn one() -> u64 {
@@ -242,10 +264,20 @@ impl Scenario {
         }) {
             return Some("tacks: from_frame is below to_frame, height_px lies in ±100, half_width_px in 1..500");
         }
+        if !self.plates.beads.is_empty() && !matches!(self.joint, Joint::Vgroove(_)) {
+            return Some("plates.beads need a V-groove");
+        }
+        if self.rivals.second_seam.is_some() && matches!(self.joint, Joint::Fillet(_) | Joint::Flat) {
+            return Some("rivals.second_seam needs a butt, lap, V-groove or hairline joint");
+        }
         self.image
             .problem()
             .or_else(|| self.path.iter().chain(&self.height).find_map(PathTerm::problem))
             .or_else(|| self.joint.problem())
+            .or_else(|| self.change.as_ref().and_then(|change| change.problem(&self.joint)))
+            .or_else(|| self.plates.problem())
+            .or_else(|| self.rivals.problem())
+            .or_else(|| self.view.problem())
             .or_else(|| camera::problem(&self.stripe, &self.sensor, &self.vibration, &self.recorder))
             .or_else(|| self.disturbances().problem())
     }

@@ -4,7 +4,7 @@ use super::geometry::GeometryEye;
 use super::hairline::HairlineEye;
 use super::height::Height;
 use super::judge::{Judge, Verdict};
-use super::noise::NoiseScale;
+use super::noise::{NoiseScale, expected_scale};
 use super::part::{Part, Parts};
 use super::seed::Seed;
 use super::sighting::{Sighting, Unsighted};
@@ -91,8 +91,8 @@ impl Following {
     pub fn by_geometry(seed: Seed, view: View, sensor: Sensor, parts: Parts) -> Result<(Self, Sighting), TrackerError> {
         let eye = GeometryEye::new(seed.model, parts);
         let sighting = eye.sighting(seed.fit);
-        let lost_std_px = lost_std_px(sensor, &view, &sighting);
-        Ok((Self::start(Eye::Geometry(eye), &sighting, lost_std_px, view, parts)?, sighting))
+        let scale = mm_per_px(sensor, &view, sighting.centre);
+        Ok((Self::start(Eye::Geometry(eye), &sighting, (scale, *LOST_STD_PX.end()), view, parts)?, sighting))
     }
 
     /// Follows a hairline.
@@ -106,17 +106,26 @@ impl Following {
         sensor: Sensor,
         parts: Parts,
     ) -> Result<Self, TrackerError> {
-        let lost_std_px = lost_std_px(sensor, &view, sighting).min(HAIRLINE_LOST_STD_PX);
-        Self::start(Eye::Hairline(Box::new(HairlineEye::new(tracker))), sighting, lost_std_px, view, parts)
+        let eye = Eye::Hairline(Box::new(HairlineEye::new(tracker)));
+        let scale = mm_per_px(sensor, &view, sighting.centre);
+        Self::start(eye, sighting, (scale, HAIRLINE_LOST_STD_PX), view, parts)
     }
 
-    fn start(eye: Eye, sighting: &Sighting, lost_std_px: f64, view: View, parts: Parts) -> Result<Self, TrackerError> {
+    fn start(
+        eye: Eye,
+        sighting: &Sighting,
+        (mm_per_px, most_std_px): (Option<f64>, f64),
+        view: View,
+        parts: Parts,
+    ) -> Result<Self, TrackerError> {
+        let within = |std_px: f64| std_px.clamp(*LOST_STD_PX.start(), most_std_px);
+        let lost_std_px = mm_per_px.map_or(most_std_px, |mm_per_px| within(LOST_STD_MM / mm_per_px));
         Ok(Self {
             view,
             eye,
             judge: Judge::start(sighting.centre.u_px, sighting.variance_px2, lost_std_px, parts)?,
             height: Height::start((sighting.centre.v_px, sighting.across_variance_px2))?,
-            noise: NoiseScale::default(),
+            noise: NoiseScale::new(expected_scale(mm_per_px)),
             parts,
             kcf_bias_px: 0.0,
             plain_beats: 0.0,
@@ -158,7 +167,7 @@ impl Following {
             Eye::Hairline(eye) => eye.look(frame),
         };
         let outcome = match seen {
-            Ok(sighting) => self.judge_sighting(sighting, noise, is_lost)?,
+            Ok(sighting) => self.judge_sighting(sighting, &reading, noise, is_lost)?,
             Err(unsighted) => self.do_without(frame, unsighted, beats, is_lost, &reading)?,
         };
         self.take_over(&outcome)?;
@@ -197,10 +206,18 @@ impl Following {
     }
 
     /// The frame shows the seam: it goes into the filter, or is refused.
-    fn judge_sighting(&mut self, sighting: Sighting, noise: f64, is_lost: bool) -> Result<Outcome, TrackerError> {
+    fn judge_sighting(
+        &mut self,
+        sighting: Sighting,
+        kcf: &KcfReading,
+        noise: f64,
+        is_lost: bool,
+    ) -> Result<Outcome, TrackerError> {
         let measured = sighting.measured(noise);
         let (u_px, variance_px2) = measured.along;
-        let (nis, verdict) = self.judge.sighted(u_px, variance_px2, sighting.clear, is_lost)?;
+        let away_px = (kcf.peak.u_px - self.kcf_bias_px - u_px).abs();
+        let witness = (kcf.psr_ratio >= LEAST_PSR_RATIO).then_some(away_px);
+        let (nis, verdict) = self.judge.sighted(u_px, variance_px2, witness, sighting.clear, is_lost)?;
         let (used_px2, restarted) = match verdict {
             Verdict::Taken(used_px2) => (used_px2, false),
             Verdict::Restarted(used_px2) => (used_px2, true),
@@ -315,14 +332,11 @@ impl Following {
     }
 }
 
-/// σ above which the seam is lost \[px of the view\].
-fn lost_std_px(sensor: Sensor, view: &View, sighting: &Sighting) -> f64 {
-    if !sensor.has_millimetres() {
-        return *LOST_STD_PX.end();
-    }
-    let place = view.picture_from_view(sighting.centre);
-    let mm_per_px = sensor.jacobian_mm_per_px(place, view.axis())[(0, 0)].abs() * view.picture_px();
-    (LOST_STD_MM / mm_per_px).clamp(*LOST_STD_PX.start(), *LOST_STD_PX.end())
+/// Millimetres along the stripe of a pixel of the view at `place`, where they are known.
+fn mm_per_px(sensor: Sensor, view: &View, place: PixelPoint) -> Option<f64> {
+    let picture = view.picture_from_view(place);
+    let mm_per_px = sensor.jacobian_mm_per_px(picture, view.axis())[(0, 0)].abs() * view.picture_px();
+    sensor.has_millimetres().then_some(mm_per_px)
 }
 
 fn ask(kcf: &mut Kcf, frame: &GrayFrame, around: PixelPoint) -> KcfReading {

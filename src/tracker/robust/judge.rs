@@ -11,6 +11,10 @@ use crate::tracker::TrackerError;
 
 /// NIS above which a sighting is refused. Prototype.
 pub const REFUSE_NIS: f64 = 16.0;
+/// The correlation filter vouches for a sighting that it sees this near \[px\]: then a NIS up to the second counts, and R is
+/// not inflated. Replayed: of 166 sightings refused by their NIS, 97 of the 107 near its peak were right, 7 of the 59 others.
+const WITNESS_PX: f64 = 3.0;
+const VOUCHED_NIS: f64 = 60.0;
 /// The refusals that are looked at, and how long they count \[beats\]. Three that agree with each other make the filter
 /// start anew (prototype), two when each is clear by itself and the seam is not lost, or they lie where it is expected
 /// (tuned).
@@ -127,7 +131,7 @@ impl Judge {
         self.sightings.clamp(*LOST_BEATS.start(), *LOST_BEATS.end())
     }
 
-    /// Judges a sighting; `clear` when it needs no second one beside it, `is_lost` when the prediction is exhausted. The
+    /// Judges a sighting, which the correlation filter sees `witness` \[px\] away, where it is to be believed; `clear` when it needs no second one beside it, `is_lost` when the prediction is exhausted. The
     /// NIS comes with the verdict.
     ///
     /// # Errors
@@ -136,15 +140,19 @@ impl Judge {
         &mut self,
         u_px: f64,
         R_px2: f64,
+        witness: Option<f64>,
         clear: bool,
         is_lost: bool,
     ) -> Result<(f64, Verdict), TrackerError> {
         let nis = self.filter.nis(u_px, R_px2)?;
-        let believable = nis <= REFUSE_NIS || !self.parts.has(Part::InnovationGate);
+        let witness = witness.filter(|_| self.parts.has(Part::Witness));
+        let vouched = witness.is_some_and(|away_px| away_px <= WITNESS_PX);
+        let believable = nis <= if vouched { VOUCHED_NIS } else { REFUSE_NIS } || !self.parts.has(Part::InnovationGate);
         if believable && !is_lost {
             self.unseen_beats = 0.0;
             self.sightings += 1.0;
-            return Ok((nis, Verdict::Taken(self.take(nis, u_px, R_px2)?)));
+            let doubt = if vouched { 0.0 } else { nis };
+            return Ok((nis, Verdict::Taken(self.take(doubt, u_px, R_px2)?)));
         }
         self.refused.push_back(Refused { at: self.now, u_px, clear, expected: nis <= INFLATE_NIS });
         if self.refused.len() > RECENT_REFUSALS {
@@ -225,7 +233,7 @@ mod tests {
         let mut judge = Judge::start(100.0, R_PX2, 5.0, Parts::default()).unwrap();
         for t in 1..40 {
             judge.predict(1.0, 1.0).unwrap();
-            judge.sighted(100.0 + 0.5 * f64::from(t), R_PX2, true, false).unwrap();
+            judge.sighted(100.0 + 0.5 * f64::from(t), R_PX2, None, true, false).unwrap();
         }
         judge
     }
@@ -234,7 +242,7 @@ mod tests {
     fn a_single_wild_sighting_is_refused_and_the_prediction_stands() {
         let mut judge = settled();
         judge.predict(1.0, 1.0).unwrap();
-        let (_, verdict) = judge.sighted(150.0, R_PX2, true, false).unwrap();
+        let (_, verdict) = judge.sighted(150.0, R_PX2, None, true, false).unwrap();
         assert_eq!(verdict, Verdict::Refused);
         assert!((judge.position().0 - 120.0).abs() < 0.3);
     }
@@ -245,7 +253,7 @@ mod tests {
         let mut verdicts = vec![];
         for _ in 40..43 {
             judge.predict(1.0, 1.0).unwrap();
-            verdicts.push(judge.sighted(150.0, R_PX2, false, false).unwrap().1);
+            verdicts.push(judge.sighted(150.0, R_PX2, None, false, false).unwrap().1);
         }
         assert!(matches!(verdicts[..], [Verdict::Refused, Verdict::Refused, Verdict::Restarted(_)]));
         assert!((judge.position().0 - 150.0).abs() < 0.5);
@@ -260,7 +268,7 @@ mod tests {
         }
         assert!(judge.is_exhausted());
         judge.predict(1.0, 1.0).unwrap();
-        let (_, verdict) = judge.sighted(judge.position().0, R_PX2, true, true).unwrap();
+        let (_, verdict) = judge.sighted(judge.position().0, R_PX2, None, true, true).unwrap();
         assert_eq!(verdict, Verdict::Refused);
         assert!(judge.is_exhausted());
     }

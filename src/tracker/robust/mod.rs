@@ -5,6 +5,7 @@
 //! | file | what it does |
 //! |---|---|
 //! | `levels`, `seek`, `seed`, `classify` | finds the joint and its kind in whole frames, in the raster that fits it |
+//! | `doubt` | whether the joint asked for is the joint seen |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
 //! | `filter`, `height` | the estimate along the stripe and across it |
@@ -12,6 +13,7 @@
 //! | `part` | what an ablation takes away |
 
 mod classify;
+mod doubt;
 pub(super) mod filter;
 mod following;
 mod geometry;
@@ -26,6 +28,7 @@ mod seed;
 mod seek;
 mod sighting;
 
+use self::doubt::Doubter;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
@@ -88,6 +91,7 @@ pub struct RobustTracker {
     kcf: Kcf,
     phase: Phase,
     joint: Option<JointDecision>,
+    doubter: Option<Doubter>,
     frame_number: usize,
 }
 
@@ -103,6 +107,7 @@ impl RobustTracker {
             sensor,
             phase: Phase::Seeking(Levels::new(settings, true)),
             joint: None,
+            doubter: settings.joint.map(|_| Doubter::new(settings)),
             frame_number: 0,
         })
     }
@@ -137,9 +142,20 @@ impl RobustTracker {
             memory: Memory { beats, event: Event::Found { view, measured: sighting.measured(1.0) } },
             ..Estimate::seeking(Observation::Seed)
         };
-        self.joint = Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason });
+        self.joint =
+            Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason, contradicted_by: None });
         self.phase = Phase::Following(Box::new(following));
         Ok(estimate.in_picture(&view))
+    }
+
+    /// Asks what the frames show by themselves, where a joint was asked for.
+    fn doubt(&mut self, frame: &GrayFrame) {
+        let Some(doubter) = &mut self.doubter else { return };
+        doubter.look(frame);
+        if let (Some(joint), Some(seen)) = (&mut self.joint, doubter.seen()) {
+            joint.contradicted_by = (joint.kind != seen.name()).then_some(seen.name());
+        }
+        self.doubter = self.doubter.take().filter(|doubter| !doubter.is_done());
     }
 
     /// Nothing is followed, and nothing was found.
@@ -191,6 +207,7 @@ impl Follow for RobustTracker {
         self.frame_number += 1;
         let kernel = if self.settings.parts.has(Part::Median) { MedianKernel::Three } else { MedianKernel::Off };
         let frame = median(frame, kernel)?;
+        self.doubt(&frame);
         match self.phase {
             Phase::Seeking(_) => self.seek(&frame, axis, tick.beats),
             Phase::Following(_) | Phase::Searching(_) => self.follow(Ok(&frame), tick),

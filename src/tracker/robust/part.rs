@@ -11,6 +11,8 @@ pub enum Part {
     FitGates,
     /// The correlation filter standing in for a few frames.
     KcfStandIn,
+    /// The correlation filter vouching for sightings that the innovation speaks against.
+    Witness,
     /// Learning the template only where the sighting was accepted.
     LearningGate,
     /// The coloured part of the measurement noise; without it, all of it is white.
@@ -33,11 +35,12 @@ pub enum Part {
 
 impl Part {
     /// All parts.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Median,
         Self::StripePath,
         Self::FitGates,
         Self::KcfStandIn,
+        Self::Witness,
         Self::LearningGate,
         Self::ColouredNoise,
         Self::NoiseScale,
@@ -57,6 +60,7 @@ impl Part {
             Self::StripePath => "stripe path",
             Self::FitGates => "fit gates",
             Self::KcfStandIn => "KCF stand-in",
+            Self::Witness => "witness",
             Self::LearningGate => "learning gate",
             Self::ColouredNoise => "coloured noise",
             Self::NoiseScale => "noise scale",

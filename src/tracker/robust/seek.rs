@@ -8,18 +8,22 @@ use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointKind};
+use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 use crate::units::PixelPoint;
 
-/// Seeds that must agree among those of the last frames: a spatter does not stay.
+/// Seeds that must agree among those of the last frames: a spatter does not stay. One more where they are on the move:
+/// chance has more ways to put four on a line than on one place.
 const AGREEING_SEEDS: usize = 4;
+const MOVING_SEEDS: usize = 5;
 const RECENT_FRAMES: usize = 8;
 /// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
+/// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
+const FASTEST_PX: f64 = 10.0;
 /// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
 /// end one side is always the same, the other any spatter.
 const GAP_AGREEMENT_PX: f64 = 5.0;
@@ -157,15 +161,36 @@ impl Seeker {
         if self.recent.len() > RECENT_FRAMES {
             self.recent.pop_front();
         }
-        let agreeing = |seed: &Seed| {
-            let frames = self.recent.iter().rev().enumerate();
-            frames.filter(|(age, others)| others.iter().any(|other| agree(seed, other, *age))).count()
-        };
         let certain = |seed: &Seed| {
-            let sure = seed.certain || (seed.clear && before_arc) || agreeing(seed) >= AGREEING_SEEDS;
+            let sure = seed.certain
+                || (seed.clear && before_arc)
+                || self.agreeing(seed, 0.0, MOTION_PX) >= AGREEING_SEEDS
+                || self.on_the_move(seed) >= MOVING_SEEDS;
             sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, other))
         };
         seeds.into_iter().find(certain)
+    }
+
+    /// Frames, this one included, with a seed like `seed` where it was when it moves by `velocity_px` a frame, give or take
+    /// `motion_px`.
+    fn agreeing(&self, seed: &Seed, velocity_px: f64, motion_px: f64) -> usize {
+        let is_like = |other: &Seed, age: usize| {
+            let away_px = seed.fit.centre.u_px - velocity_px * age as f64 - other.fit.centre.u_px;
+            away_px.abs() < AGREEMENT_PX + motion_px * age as f64 && are_alike(seed, other)
+        };
+        let frames = self.recent.iter().rev().enumerate();
+        frames.filter(|(age, others)| others.iter().any(|other| is_like(other, *age))).count()
+    }
+
+    /// The most frames whose seeds lie on one line in time with `seed`.
+    fn on_the_move(&self, seed: &Seed) -> usize {
+        let frames = self.recent.iter().rev().enumerate().skip(1);
+        let others = frames.flat_map(|(age, seeds)| seeds.iter().map(move |other| (age, other)));
+        let velocities = others
+            .filter(|(_, other)| are_alike(seed, other))
+            .map(|(age, other)| (seed.fit.centre.u_px - other.fit.centre.u_px) / age as f64);
+        let velocities = velocities.filter(|velocity_px| velocity_px.abs() <= FASTEST_PX);
+        velocities.map(|velocity_px| self.agreeing(seed, velocity_px, 0.0)).max().unwrap_or(0)
     }
 
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
@@ -176,15 +201,13 @@ impl Seeker {
     }
 }
 
-/// Whether a seed and that of `age` frames before are of one joint.
-fn agree(seed: &Seed, before: &Seed, age: usize) -> bool {
-    let (fit, other) = (&seed.fit, &before.fit);
-    let gap_px = |fit: &JointFit| fit.edges.map_or(0.0, |edges| edges.gap_px);
-    let slopes = [fit.left.slope - other.left.slope, fit.right.slope - other.right.slope];
-    seed.model.kind == before.model.kind
-        && (fit.centre.u_px - other.centre.u_px).abs() < AGREEMENT_PX + MOTION_PX * age as f64
-        && (gap_px(fit) - gap_px(other)).abs() < GAP_AGREEMENT_PX
-        && (classify::step_px(seed) - classify::step_px(before)).abs() < STEP_AGREEMENT_PX
+/// Whether two seeds may be of one joint, wherever they are.
+fn are_alike(seed: &Seed, other: &Seed) -> bool {
+    let gap_px = |seed: &Seed| seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    let slopes = [seed.fit.left.slope - other.fit.left.slope, seed.fit.right.slope - other.fit.right.slope];
+    seed.model.kind == other.model.kind
+        && (gap_px(seed) - gap_px(other)).abs() < GAP_AGREEMENT_PX
+        && (classify::step_px(seed) - classify::step_px(other)).abs() < STEP_AGREEMENT_PX
         && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
 }
 

@@ -1,0 +1,137 @@
+//! What lies between plates and picture: gaps and shadows of the laser's line, cables, dirt on the glass, dead pixels.
+
+use rand::Rng;
+
+use super::canvas::Canvas;
+use super::noise::{Component, generator};
+use super::profile::Branch;
+use super::scenario::{Cable, View};
+use crate::frame::GrayFrame;
+use crate::units::StripeAxis;
+
+/// Period of a swinging cable \[frames\].
+const SWING_FRAMES: f64 = 40.0;
+/// Blur of a cable's edges \[px\] (chosen: it hangs out of focus).
+const CABLE_BLUR_PX: f64 = 2.0;
+
+/// The view in this seed's numbers: where everything lies.
+#[derive(Debug, Clone)]
+pub(super) struct Obstacles {
+    view: View,
+    along_px: f64,
+    /// The stripe's mean row \[px\].
+    row_px: f64,
+    /// Dirt: along, across, radius \[px\].
+    spots: Vec<[f64; 3]>,
+    dead_px: Vec<f64>,
+    line_gaps_px: Vec<f64>,
+    shadows_px: Vec<f64>,
+}
+
+impl Obstacles {
+    /// Places the obstacles in a picture of `along_px` × `across_px`, whose stripe lies at `row_px`.
+    pub(super) fn new(view: &View, seed: u64, along_px: usize, across_px: usize, row_px: f64) -> Self {
+        let mut rng = generator(seed, 0, Component::View);
+        let (along, across) = (along_px as f64, across_px as f64);
+        let mut inside = |given: Option<f64>| {
+            let drawn = rng.random_range(0.25..0.75);
+            along * given.unwrap_or(drawn)
+        };
+        let dead_px = view.dead.iter().map(|dead| inside(dead.along)).collect();
+        let line_gaps_px = view.line_gaps.iter().map(|gap| inside(gap.along)).collect();
+        let shadows_px = view.shadows.iter().map(|shadow| inside(shadow.along)).collect();
+        let spots = view.dirt.iter().flat_map(|dirt| (0..dirt.spots).map(|i| (i, dirt.radius_px)));
+        let spots = spots
+            .map(|(i, radius_px)| {
+                let (x, y): (f64, f64) = (rng.random(), rng.random());
+                let radius = radius_px * rng.random_range(0.5..1.5);
+                if i == 0 { [along * (0.25 + 0.5 * x), row_px, radius] } else { [along * x, across * y, radius] }
+            })
+            .collect();
+        Self { view: view.clone(), along_px: along, row_px, spots, dead_px, line_gaps_px, shadows_px }
+    }
+
+    /// Dims the stripe where the laser's line has gaps or lies in a shadow.
+    pub(super) fn dim(&self, branches: &mut [Branch], tick: f64) {
+        if self.view.line_gaps.is_empty() && self.view.shadows.is_empty() {
+            return;
+        }
+        let edge = |inside: f64, edge_px: f64| 1.0 / (1.0 + (-1.702 * inside / edge_px).exp());
+        let columns = branches.first().map_or(0, |branch| branch.gain.len());
+        for column in 0..columns {
+            let x = column as f64;
+            let mut light = 1.0;
+            for (gap, middle) in self.view.line_gaps.iter().zip(&self.line_gaps_px) {
+                light *= 1.0 - (1.0 - gap.transmission) * edge(0.5 * gap.width_px - (x - middle).abs(), gap.edge_px);
+            }
+            for (shadow, first) in self.view.shadows.iter().zip(&self.shadows_px) {
+                let beyond = x - first - shadow.px_per_frame * tick;
+                light *= 1.0 - (1.0 - shadow.transmission) * edge(beyond, shadow.edge_px);
+            }
+            branches.iter_mut().for_each(|branch| branch.gain[column] *= light as f32);
+        }
+    }
+
+    /// Whether a cable hides the place `along_px`, `across_px`.
+    pub(super) fn hide(&self, along_px: f64, across_px: f64, tick: f64) -> bool {
+        self.view.cables.iter().any(|cable| self.from_cable(cable, along_px, across_px, tick) < 0.5 * cable.width_px)
+    }
+
+    /// Hangs the cables before the plates.
+    pub(super) fn hang(&self, tick: f64, canvas: &mut Canvas) {
+        for cable in &self.view.cables {
+            canvas.change(|x, y, light| {
+                let inside = 0.5 * cable.width_px - self.from_cable(cable, x as f64, y as f64, tick);
+                if inside > -4.0 * CABLE_BLUR_PX {
+                    let share = (1.0 / (1.0 + (-1.702 * inside / CABLE_BLUR_PX).exp())) as f32;
+                    *light += share * (cable.grey as f32 - *light);
+                }
+            });
+        }
+    }
+
+    /// Distance from a cable's middle line \[px\].
+    fn from_cable(&self, cable: &Cable, x: f64, y: f64, tick: f64) -> f64 {
+        let (sin, cos) = cable.angle_deg.to_radians().sin_cos();
+        let swing = cable.swing_px * (std::f64::consts::TAU * tick / SWING_FRAMES).sin();
+        let middle = cable.along * self.along_px + cable.px_per_frame * tick + swing;
+        ((x - middle) * cos - (y - self.row_px) * sin).abs()
+    }
+
+    /// The glass before the picture: spots dim what is behind and glow by `glare_grey`.
+    pub(super) fn soil(&self, glare_grey: f64, canvas: &mut Canvas) {
+        let Some(dirt) = &self.view.dirt else { return };
+        canvas.change(|x, y, light| {
+            for [along, across, radius] in &self.spots {
+                let r = (x as f64 - along).hypot(y as f64 - across) / radius;
+                // Far out of focus: a smooth spot.
+                let share = (-(r * r * r)).exp();
+                if share > 1e-3 {
+                    let passed = 1.0 - (1.0 - dirt.transmission) * share;
+                    *light = *light * passed as f32 + (dirt.glow * glare_grey * share) as f32;
+                }
+            }
+        });
+    }
+
+    /// Overwrites the dead pixels of a picture that has been read out.
+    pub(super) fn kill(&self, axis: StripeAxis, frame: &mut GrayFrame) {
+        let (width, height) = (frame.width_px(), frame.height_px());
+        for (dead, &middle) in self.view.dead.iter().zip(&self.dead_px) {
+            let from = (middle - 0.5 * dead.along_px as f64).max(0.0) as usize;
+            let along = from..from + dead.along_px;
+            let rows = dead.across_px.map(|px| self.row_px - 0.5 * px as f64..self.row_px + 0.5 * px as f64);
+            for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+                let (u, v) = (i % width, i / width);
+                debug_assert!(v < height);
+                let (x, y) = match axis {
+                    StripeAxis::Horizontal => (u, v),
+                    StripeAxis::Vertical => (v, u),
+                };
+                if along.contains(&x) && rows.as_ref().is_none_or(|rows| rows.contains(&(y as f64))) {
+                    *pixel = dead.grey;
+                }
+            }
+        }
+    }
+}
