@@ -46,6 +46,7 @@ fn between<'a>(first: &'a Joint, second: &'a Joint, share: f64, fraction: f64) -
             depth_px: mix(a.depth_px, b.depth_px),
             hi_lo_px: ramp(a.hi_lo_px, b.hi_lo_px),
             bent_edge_px: mix(a.bent_edge_px, b.bent_edge_px),
+            bent_length_px: mix(a.bent_length_px, b.bent_length_px),
             floor_reflectance: mix(a.floor_reflectance, b.floor_reflectance),
         }),
         (Joint::Lap(a), Joint::Lap(b)) => Joint::Lap(Lap {

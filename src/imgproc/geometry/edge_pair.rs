@@ -215,14 +215,8 @@ fn moments(objective: &Objective<'_>, best: Pair, lowest: f64) -> (f64, f64, f64
 mod tests {
     use super::*;
 
-    const EXPECTED: Expected = Expected {
-        first_du: -28.5,
-        search_px: 12.0,
-        gap_px: 12.0,
-        gap_sd_px: 1.6,
-        least_gap_px: 1.0,
-        distinct: false,
-    };
+    const EXPECTED: Expected =
+        Expected { first_du: -28.5, search_px: 12.0, gap_px: 12.0, gap_sd_px: 1.6, least_gap_px: 1.0, distinct: false };
 
     /// Columns that are lit before (or behind) an edge, relative to the prediction.
     fn lit(edge_du: f64, before: bool) -> Presence {

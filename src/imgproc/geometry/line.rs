@@ -56,16 +56,16 @@ pub struct Knowledge {
     drift: Vector2<f64>,
 }
 
-/// What is known after one look: of the slope \[px²\], of a curvature (1/2000 px; chosen: most plates are flat), and that of
+/// What is known after one look: of the slope \[px²\], of a curvature (to within 1/2000 px; chosen: most plates are flat), and that of
 /// a groove's flank, which is machined straight \[px⁴\].
 const FIRST_SLOPE_PX2: f64 = 100.0;
-const FIRST_CURVATURE_PX4: f64 = 5e5;
+const FIRST_CURVATURE_PX4: f64 = 1e6;
 const STRAIGHT_PX4: f64 = 1e7;
 /// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: a clean side of 71 columns is then half
 /// remembered, half as the new fit says; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
 const SLOPE_DRIFT: f64 = 1.6e-5;
-/// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over twenty fits.
-const CURVATURE_DRIFT: f64 = 1.6e-9;
+/// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over forty fits.
+const CURVATURE_DRIFT: f64 = 4e-10;
 
 impl Knowledge {
     /// Of a plate after one look.
@@ -94,7 +94,7 @@ pub struct SideFit {
     pub line: Line,
     /// What the columns by themselves tell of slope and curvature.
     pub shown: Matrix2<f64>,
-/// Sum of the columns' weights over their number, 0 to 1.
+    /// Sum of the columns' weights over their number, 0 to 1.
     pub support: f64,
     /// Weighted RMS distance from the line \[px\].
     pub residual_px: f64,
@@ -299,7 +299,8 @@ mod tests {
 
     #[test]
     fn what_is_known_holds_the_slope_of_a_side_that_is_hardly_seen() {
-        let points: Vec<RidgePoint> = (10..20).map(|i| RidgePoint { v_px: 101.0 + 0.1 * f64::from(i), ..pipe(f64::from(i)) }).collect();
+        let points: Vec<RidgePoint> =
+            (10..20).map(|i| RidgePoint { v_px: 101.0 + 0.1 * f64::from(i), ..pipe(f64::from(i)) }).collect();
         let known = Knowledge { information: Matrix2::new(30_000.0, 0.0, 0.0, 1e7), ..Knowledge::of_plate() };
         let found = fit(&points, 0.0, Line::straight(102.0, 0.0), known, 55.0).unwrap();
         assert!(found.line.slope.abs() < 0.002, "{found:?}");

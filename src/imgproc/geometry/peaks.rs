@@ -1,7 +1,7 @@
 //! The stripe's brightest rows round a seed, and straight lines through them.
 
-use super::line::Line;
 use super::columns;
+use super::line::Line;
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
@@ -99,7 +99,8 @@ pub fn consensus_line(peaks: &[Peak], inlier_px: f64) -> Option<Line> {
     }
     // Twice over those that are on it: the second time within the noise of the first.
     let once = least_squares(peaks.iter().filter(|p| inlier(&line, p)))?;
-    let mut off: Vec<f64> = peaks.iter().map(|p| (p.v_px - once.at(p.du_px)).abs()).filter(|off| *off < inlier_px).collect();
+    let mut off: Vec<f64> =
+        peaks.iter().map(|p| (p.v_px - once.at(p.du_px)).abs()).filter(|off| *off < inlier_px).collect();
     let near_px = NOISE_MEDIANS * median(&mut off)?.max(LEAST_NOISE_PX);
     least_squares(peaks.iter().filter(|p| (p.v_px - once.at(p.du_px)).abs() < near_px)).or(Some(once))
 }

@@ -30,6 +30,12 @@ const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
 const LEAST_GAP_PX: f64 = 2.5;
 /// A gap at least this wide is fitted with its width as it shows \[px\]. Chosen: the fit expects 12 ± 8 px otherwise.
 const WIDE_GAP_PX: f64 = 25.0;
+/// A gap at least this wide may be bridged, by a stripe seen in this share of its columns and of some on either side \[px\],
+/// which nowhere jumps by as much \[px\]. Chosen: walls are steep, flanks are not.
+const LEAST_BRIDGED_PX: f64 = 10.0;
+const BRIDGED_SHARE: f64 = 0.85;
+const BRIDGE_REACH_PX: f64 = 3.0;
+const LEAST_JUMP_PX: f32 = 3.5;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
@@ -69,7 +75,8 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         let places = strong().map(SeamFeatures::centre).chain(notches(line)).map(|place| (place, None));
         let wide = strong().filter(|_| tried == JointKind::Butt).filter_map(wide_gap);
         let open = kind.is_none();
-        seeds.extend(best(places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open))));
+        let found = places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open));
+        seeds.extend(best(found.filter(|seed| !is_bridged(line, seed))));
     }
     seeds
 }
@@ -101,6 +108,17 @@ fn wide_gap(features: &SeamFeatures) -> Option<(PixelPoint, Option<f64>)> {
     (level && gap_px >= WIDE_GAP_PX).then(|| (features.centre(), Some(gap_px)))
 }
 
+/// Whether the stripe goes on through what should be a gap, without a jump: a groove's flanks and its bead do.
+fn is_bridged(line: &Centreline, seed: &Seed) -> bool {
+    let Some(edges) = seed.fit.edges.filter(|edges| edges.gap_px > LEAST_BRIDGED_PX) else { return false };
+    let ends = [-0.5, 0.5].map(|half| seed.fit.centre.u_px + half * edges.gap_px);
+    let columns = (ends[0] - BRIDGE_REACH_PX).max(0.0) as usize..(ends[1] + BRIDGE_REACH_PX) as usize;
+    let width = columns.len();
+    let rows: Vec<f32> = columns.filter_map(|u| line.at(u)).collect();
+    let jumps = rows.windows(2).any(|pair| (pair[1] - pair[0]).abs() > LEAST_JUMP_PX);
+    rows.len() as f64 > BRIDGED_SHARE * width as f64 && !jumps
+}
+
 /// A joint with edges at `place`, fitted with the first gap of kind `tried` or the one that is known; its step says
 /// which kind it is, if that is open.
 fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: JointKind, open: bool) -> Option<Seed> {
@@ -128,11 +146,16 @@ fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: Joint
     let mut model = JointModel { gap_px, ..model };
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
-    let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
+    let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT && shows_relief(&fit);
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
     let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
     Some(Seed { clear, certain, model, fit })
+}
+
+/// Whether the fit shows what no mark on a flat plate does.
+fn shows_relief(fit: &JointFit) -> bool {
+    fit.edges.is_none_or(|edges| edges.relief.is_seen())
 }
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
