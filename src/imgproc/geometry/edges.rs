@@ -6,7 +6,6 @@
 
 use super::edge_pair::{self, Expected, Presence};
 use super::line::{self, Line, SideFit};
-use super::relief;
 use super::ridge::{CrossSection, Search, ridge};
 use super::{EVEN_VARIANCE_PX2, EdgeQuality, HALF_WINDOW_PX, JointFit, JointKind, JointModel, Refusal, columns};
 use crate::frame::GrayFrame;
@@ -91,8 +90,6 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
     let expected = Expected { first_du, search_px, gap_px, gap_sd_px, least_gap_px, distinct };
     let found = edge_pair::find(&presences, &expected).ok_or(Refusal::NoLine)?;
     let du = 0.5 * (found.left_du + found.right_du);
-    let edges_u = [u_px + found.left_du, u_px + found.right_du];
-    let relief = relief::between(frame, edges_u, [left.line.moved(-u_px), right.line.moved(-u_px)], &section);
     let (at_left, at_right) = (left.line.moved(du), right.line.moved(du));
     Ok(JointFit {
         centre: PixelPoint::new(u_px + du, 0.5 * (at_left.v_px + at_right.v_px)),
@@ -108,7 +105,6 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
             cost: found.cost,
             margin: found.margin,
             distinct,
-            relief,
         }),
         plates: [None, None],
     })

@@ -11,12 +11,10 @@ mod groove;
 mod learn;
 mod line;
 mod peaks;
-mod relief;
 mod ridge;
 
 pub use learn::{Learned, is_plain, learn};
 pub use line::{Knowledge, Line};
-pub use relief::Relief;
 
 use std::ops::Range;
 
@@ -127,8 +125,6 @@ pub struct EdgeQuality {
     pub margin: f64,
     /// The sides' lines are so far apart that the seam is sure to lie between the edges, if not just where.
     pub distinct: bool,
-    /// What lies between them and beside them.
-    pub relief: Relief,
 }
 
 /// Why a frame has no fit.
@@ -215,7 +211,6 @@ impl JointFit {
         }
         match self.edges {
             Some(edges) if edges.cost > LARGEST_COST => Some(Refusal::Cost),
-            Some(edges) if edges.relief.is_mark() => Some(Refusal::Plain),
             Some(edges) if edges.margin < LEAST_MARGIN && !edges.distinct => Some(Refusal::Margin),
             _ => None,
         }

@@ -146,16 +146,11 @@ fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: Joint
     let mut model = JointModel { gap_px, ..model };
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
-    let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT && shows_relief(&fit);
+    let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
     let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
     Some(Seed { clear, certain, model, fit })
-}
-
-/// Whether the fit shows what no mark on a flat plate does.
-fn shows_relief(fit: &JointFit) -> bool {
-    fit.edges.is_none_or(|edges| edges.relief.is_seen())
 }
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
