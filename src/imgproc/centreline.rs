@@ -8,6 +8,11 @@ use crate::frame::GrayFrame;
 /// median of a column's stretch to be its background.
 const PATH_REACH_PX: usize = 20;
 
+/// How far from a column the strong columns are looked for \[px\], and the least that they have as a share of all strong
+/// ones. Chosen: longer than a spatter or a gap is wide; darker plates are rare.
+const STRONG_REACH_PX: usize = 80;
+const DARKEST_SHARE: f32 = 0.2;
+
 /// What counts as stripe.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CentrelineSettings {
@@ -66,13 +71,14 @@ impl Centreline {
 /// The column's median is its background, so glare that fills a column does not pass for stripe.
 #[must_use]
 pub fn extract(frame: &GrayFrame, settings: &CentrelineSettings) -> Centreline {
-    extract_within(frame, settings, |_| 0..frame.height_px())
+    extract_within(frame, settings, usize::MAX, |_| 0..frame.height_px())
 }
 
-/// The same near the stripe's `path`, its row in each column: spatter and reflections elsewhere do not count.
+/// The same near the stripe's `path`, its row in each column: spatter and reflections elsewhere do not count. The strong
+/// columns are those nearby, since one plate may be much darker than the other.
 #[must_use]
 pub fn extract_along(frame: &GrayFrame, settings: &CentrelineSettings, path: &[usize]) -> Centreline {
-    extract_within(frame, settings, |u| {
+    extract_within(frame, settings, STRONG_REACH_PX, |u| {
         path[u].saturating_sub(PATH_REACH_PX)..(path[u] + PATH_REACH_PX + 1).min(frame.height_px())
     })
 }
@@ -80,6 +86,7 @@ pub fn extract_along(frame: &GrayFrame, settings: &CentrelineSettings, path: &[u
 fn extract_within(
     frame: &GrayFrame,
     settings: &CentrelineSettings,
+    strong_reach_px: usize,
     rows: impl Fn(usize) -> Range<usize>,
 ) -> Centreline {
     let width = frame.width_px();
@@ -104,9 +111,10 @@ fn extract_within(
         peak_row[u] = middle_of_plateau(frame, u, peak_row[u], peak[u]);
     }
     let contrasts: Vec<f32> = (0..width).map(|u| f32::from(peak[u]) - f32::from(background[u])).collect();
-    let least = settings.least_contrast_grey.max(settings.least_contrast_ratio * strong(&mut contrasts.clone()));
+    let strong = strong_columns(&contrasts, strong_reach_px);
     let centre = |(u, &contrast): (usize, &f32)| {
         let threshold = f32::from(background[u]) + settings.band_ratio * contrast;
+        let least = settings.least_contrast_grey.max(settings.least_contrast_ratio * strong[u]);
         (contrast >= least).then(|| centroid(frame, u, peak_row[u], threshold, settings.band_half_width_px))
     };
     Centreline { v_px: contrasts.iter().enumerate().map(centre).collect() }
@@ -131,13 +139,27 @@ fn middle_of_plateau(frame: &GrayFrame, u: usize, first: usize, peak: u8) -> usi
     first + length.saturating_sub(1) / 2
 }
 
+/// What a well-lit column near each column has: the 90th percentile over `reach_px` to the left or to the right of it,
+/// whichever is less, but no less than a share of that of all columns.
+fn strong_columns(contrasts: &[f32], reach_px: usize) -> Vec<f32> {
+    let all = strong(contrasts);
+    let near = |u: usize| {
+        let left = strong(&contrasts[u.saturating_sub(reach_px)..=u]);
+        let right = strong(&contrasts[u..u.saturating_add(reach_px).min(contrasts.len())]);
+        left.min(right).max(DARKEST_SHARE * all)
+    };
+    let is_whole = reach_px >= contrasts.len();
+    (0..contrasts.len()).map(|u| if is_whole { all } else { near(u) }).collect()
+}
+
 /// The 90th percentile: what a well-lit column has.
-fn strong(contrasts: &mut [f32]) -> f32 {
+fn strong(contrasts: &[f32]) -> f32 {
     if contrasts.is_empty() {
         return 0.0;
     }
-    let rank = contrasts.len() * 9 / 10;
-    let (_, value, _) = contrasts.select_nth_unstable_by(rank, f32::total_cmp);
+    let mut sorted = contrasts.to_vec();
+    let rank = sorted.len() * 9 / 10;
+    let (_, value, _) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
     *value
 }
 

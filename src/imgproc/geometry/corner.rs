@@ -1,13 +1,15 @@
 //! V-groove and fillet: the centre is where the lines of the two sides meet.
 
-use super::line::{self, Line};
+use super::line::{self, Knowledge, Line};
 use super::ridge::{CrossSection, Search, ridge};
-use super::{HALF_WINDOW_PX, JointFit, JointKind, JointModel, LEAST_SUPPORT_CORNER, Refusal, columns};
+use super::{HALF_WINDOW_PX, JointFit, JointModel, LEAST_SUPPORT_CORNER, Refusal, columns};
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
-/// Columns left out on both sides of the V-groove's shoulder \[px\]; this and the next two in the smallest window.
+/// Columns left out beside the V-groove's shoulder \[px\]; this and the next two in the smallest window.
 const SHOULDER_PX: f64 = 5.0;
+/// Variance of a corner along the stripe beside that of its lines \[px²\]: flanks are not quite straight. Chosen.
+const LEAST_VARIANCE_PX2: f64 = 0.02;
 /// Longest stretch of a plate that is looked at \[px\].
 const PLATE_PX: f64 = 60.0;
 /// How far a shoulder may move from where the model has it \[px\]: the flanks of ragged edges differ.
@@ -22,56 +24,61 @@ const SLACK_PX: f64 = 8.0;
 /// Fits both sides and intersects them, twice: the second time with the columns parted at the first corner.
 pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
     let section = CrossSection::new(model.stripe_sd_px);
-    let toe_px = model.toe_px;
-    let reach_px = match (model.kind, model.half_width_px) {
-        (JointKind::VGroove, Some(half_px)) => half_px - SHOULDER_PX,
-        _ => model.half_window_px,
-    };
-    let shifted = |line: Line| Line { v_px: line.v_px + dv_px, ..line };
+    let window = columns(frame, u_px, model.half_window_px);
+    let [on_left, on_right] = &model.flanks_px;
     let mut corner_u = u_px;
-    let mut sides = [shifted(model.left), shifted(model.right)];
+    let mut priors = [model.left, model.right].map(|line| Line { v_px: line.v_px + dv_px, ..line });
     let mut result = Err(Refusal::NoLine);
     for _ in 0..2 {
-        let window = columns(frame, u_px, model.half_window_px);
         let part = |from_px: f64, to_px: f64| {
             let first = (corner_u + from_px).ceil().max(window.start as f64) as usize;
             let end = (corner_u + to_px).floor().min(window.end as f64 - 1.0).max(0.0) as usize + 1;
             first..end.max(first)
         };
-        let parts = [part(-reach_px, -toe_px), part(toe_px, reach_px)];
+        let parts = [part(-on_left.end, -on_left.start), part(on_right.start, on_right.end)];
         let mut fits = [None, None];
-        for ((columns, prior), fit) in parts.into_iter().zip(sides).zip(&mut fits) {
+        for (((columns, prior), known), fit) in parts.into_iter().zip(priors).zip(model.known).zip(&mut fits) {
             if columns.len() < LEAST_COLUMNS {
                 return Err(Refusal::Border);
             }
             let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
             let points = ridge(frame, columns, |u| prior.at(u - corner_u), &section, search);
-            *fit = line::fit(&points, corner_u, prior, model.half_window_px);
+            *fit = line::fit(&points, corner_u, prior, known, model.half_window_px);
         }
         let [Some(left), Some(right)] = fits else { return Err(Refusal::NoLine) };
         let bend = left.line.slope - right.line.slope;
         if bend.abs() < LEAST_BEND {
             return Err(Refusal::NoCorner);
         }
-        let du = (right.line.v_px - left.line.v_px) / bend;
+        let (du, v_px) = left.line.meets(right.line).ok_or(Refusal::NoCorner)?;
         if (corner_u + du - u_px).abs() > search_px + SLACK_PX {
             return Err(Refusal::NoCorner);
         }
         corner_u += du;
-        sides = [left.line.moved(du), right.line.moved(du)];
+        let sides = [left.line.moved(du), right.line.moved(du)];
+        priors = [Line { v_px, ..model.left }, Line { v_px, ..model.right }];
+        let variances_px2 = [left.variance_px2, right.variance_px2];
         result = Ok(JointFit {
-            centre: PixelPoint::new(corner_u, sides[0].v_px),
+            centre: PixelPoint::new(corner_u, v_px),
             left: sides[0],
             right: sides[1],
-            free_slopes: [left.free_slope, right.free_slope],
+            shown: [left.shown, right.shown],
             support: left.support.min(right.support),
             residual_px: left.residual_px.max(right.residual_px),
-            across_variance_px2: 0.25 * (left.variance_px2 + right.variance_px2),
+            along_variance_px2: LEAST_VARIANCE_PX2 + (variances_px2[0] + variances_px2[1]) / (bend * bend),
+            across_variance_px2: row_variance_px2(sides, variances_px2),
             edges: None,
             plates: [None, None],
         });
     }
     result.map(|fit| JointFit { plates: plates(model, frame, &fit, dv_px, &section), ..fit })
+}
+
+/// Variance of the row where two lines meet, those of their rows there being `variances_px2`: the row is their mean, each
+/// weighted by the slope of the other.
+fn row_variance_px2([left, right]: [Line; 2], [left_px2, right_px2]: [f64; 2]) -> f64 {
+    let bend = left.slope - right.slope;
+    ((right.slope / bend).powi(2) * left_px2) + ((left.slope / bend).powi(2) * right_px2)
 }
 
 /// The plates beside the shoulders, where they are seen at their places.
@@ -97,7 +104,8 @@ fn plates(
         let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
         let points = ridge(frame, first as usize..last as usize + 1, |u| prior.at(u - u0_px), section, search);
         let middle_px = 0.5 * (first + last);
-        let found = line::fit(&points, middle_px, prior.moved(middle_px - u0_px), PLATE_PX * scale)?;
+        let prior = prior.moved(middle_px - u0_px);
+        let found = line::fit(&points, middle_px, prior, Knowledge::of_flank(), PLATE_PX * scale)?;
         let plate = found.line.moved(u0_px - middle_px);
         let (du, _) = flanks[1].meets(plate)?;
         let in_place = (du - shoulder_du).abs() < SHOULDER_SLACK_PX * scale;

@@ -1,35 +1,90 @@
-//! A robust straight line through a side's ridge.
+//! A robust line through a side's ridge: straight, or bent as a curved plate is.
+
+use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::ridge::RidgePoint;
 
-/// A line v = `v_px` + `slope`·(u − reference column).
+/// A line v = `v_px` + `slope`·du + ½ `curvature_per_px`·du², du being the distance from a reference column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     /// Row at the reference column \[px\].
     pub v_px: f64,
-    /// Rows per column.
+    /// Rows per column, at the reference column.
     pub slope: f64,
+    /// Slope per column \[1/px\]: 0 on a flat plate.
+    pub curvature_per_px: f64,
 }
 
 impl Line {
+    /// A straight line.
+    #[must_use]
+    pub const fn straight(v_px: f64, slope: f64) -> Self {
+        Self { v_px, slope, curvature_per_px: 0.0 }
+    }
+
     /// The row at `du_px` from the reference column \[px\].
     #[must_use]
     pub fn at(&self, du_px: f64) -> f64 {
-        self.v_px + self.slope * du_px
+        self.v_px + (self.slope + 0.5 * self.curvature_per_px * du_px) * du_px
     }
 
-    /// Where two lines with the same reference column meet: distance from it and row \[px\]; none when they are
-    /// parallel.
+    /// Where two lines with the same reference column meet next to it: distance from it and row \[px\]; none when they
+    /// do not.
     #[must_use]
     pub fn meets(&self, other: Self) -> Option<(f64, f64)> {
-        let du = (other.v_px - self.v_px) / (self.slope - other.slope);
+        let (bend, apart) = (self.slope - other.slope, other.v_px - self.v_px);
+        let curvature = self.curvature_per_px - other.curvature_per_px;
+        // ½ curvature·du² + bend·du = apart, in the form that has no difference of like numbers.
+        let root = (bend * bend + 2.0 * curvature * apart).sqrt();
+        let du = 2.0 * apart / (bend + bend.signum() * root);
         du.is_finite().then(|| (du, self.at(du)))
     }
 
     /// The same line with the reference column moved by `du_px`.
     #[must_use]
     pub fn moved(&self, du_px: f64) -> Self {
-        Self { v_px: self.at(du_px), slope: self.slope }
+        Self { v_px: self.at(du_px), slope: self.slope + self.curvature_per_px * du_px, ..*self }
+    }
+}
+
+/// How surely slope and curvature of a side are known beforehand: the inverse of their covariance, for columns whose error
+/// has the variance 1 px².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Knowledge {
+    information: Matrix2<f64>,
+    /// Variances of what slope and curvature change by from fit to fit.
+    drift: Vector2<f64>,
+}
+
+/// What is known after one look: of the slope \[px²\], of a curvature (to within 1/2000 px; chosen: most plates are flat), and that of
+/// a groove's flank, which is machined straight \[px⁴\].
+const FIRST_SLOPE_PX2: f64 = 100.0;
+const FIRST_CURVATURE_PX4: f64 = 1e6;
+const STRAIGHT_PX4: f64 = 1e7;
+/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: a clean side of 71 columns is then half
+/// remembered, half as the new fit says; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
+const SLOPE_DRIFT: f64 = 1.6e-5;
+/// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over forty fits.
+const CURVATURE_DRIFT: f64 = 4e-10;
+
+impl Knowledge {
+    /// Of a plate after one look.
+    pub fn of_plate() -> Self {
+        let information = Matrix2::from_diagonal(&Vector2::new(FIRST_SLOPE_PX2, FIRST_CURVATURE_PX4));
+        Self { information, drift: Vector2::new(SLOPE_DRIFT, CURVATURE_DRIFT) }
+    }
+
+    /// Of a groove's flank after one look.
+    pub fn of_flank() -> Self {
+        let information = Matrix2::from_diagonal(&Vector2::new(FIRST_SLOPE_PX2, STRAIGHT_PX4));
+        Self { information, drift: Vector2::new(SLOPE_DRIFT, 0.0) }
+    }
+
+    /// For the next fit, after one whose columns by themselves had the information `shown`.
+    pub fn with(self, shown: Matrix2<f64>) -> Self {
+        let covariance = (self.information + shown).try_inverse();
+        let drifted = covariance.and_then(|c| (c + Matrix2::from_diagonal(&self.drift)).try_inverse());
+        Self { information: drifted.unwrap_or(self.information), ..self }
     }
 }
 
@@ -37,22 +92,18 @@ impl Line {
 #[derive(Debug, Clone, Copy)]
 pub struct SideFit {
     pub line: Line,
-    /// The slope with hardly any prior.
-    pub free_slope: f64,
+    /// What the columns by themselves tell of slope and curvature.
+    pub shown: Matrix2<f64>,
     /// Sum of the columns' weights over their number, 0 to 1.
     pub support: f64,
     /// Weighted RMS distance from the line \[px\].
     pub residual_px: f64,
-    /// Variance of the line's row at the reference column \[px²\].
+    /// Variance of the line's row at the reference column \[px²\], slope and curvature as unsure as they are.
     pub variance_px2: f64,
     /// Median amplitude of the good columns near the seam \[grey\].
     pub amplitude: f64,
 }
 
-/// Weight of the slope prior [px²]: as much as a clean side of 71 columns has (n³/12). Prototype.
-const SLOPE_PRIOR_PX2: f64 = 30_000.0;
-/// Weight of the prior on the slope that is learned from.
-const FREE_SLOPE_PRIOR_PX2: f64 = 300.0;
 /// Half-width of the offset vote \[px\], and its bins.
 const VOTE_REACH_PX: f64 = 8.25;
 const VOTE_BINS: usize = 33;
@@ -72,59 +123,90 @@ fn prior_weight(point: &RidgePoint) -> f64 {
 }
 
 /// Fits a line through `points` near `prior` (both relative to column `u0_px`): an offset vote, then Tukey rounds with
-/// a prior on the slope. None when too few columns agree.
-pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, reach_px: f64) -> Option<SideFit> {
+/// what is `known` of slope and curvature. None when too few columns agree.
+pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, known: Knowledge, reach_px: f64) -> Option<SideFit> {
     let weights: Vec<f64> = points.iter().map(prior_weight).collect();
     if weights.iter().sum::<f64>() < LEAST_WEIGHT + 1.0 {
         return None;
     }
-    let mut line = Line { v_px: prior.v_px + vote(points, &weights, u0_px, prior), slope: prior.slope };
+    let mut line = Line { v_px: prior.v_px + vote(points, &weights, u0_px, prior), ..prior };
     let mut tukey_px = FIRST_TUKEY_PX;
-    let mut free_slope = prior.slope;
-    let mut total = 0.0;
-    let mut squares = 0.0;
-    let mut leverage = 1.0;
+    let mut round = Round::default();
     for _ in 0..4 {
-        let mut sums = [0.0; 5];
-        for (point, w0) in points.iter().zip(&weights) {
-            let du = point.u_px - u0_px;
-            let w = w0 * tukey(point.v_px - line.at(du), tukey_px);
-            sums = [
-                sums[0] + w,
-                sums[1] + w * du,
-                sums[2] + w * point.v_px,
-                sums[3] + w * du * du,
-                sums[4] + w * du * point.v_px,
-            ];
-        }
-        let [w, wu, wv, wuu, wuv] = sums;
-        if w < LEAST_WEIGHT {
+        round = Round::of(points, &weights, u0_px, line, tukey_px);
+        if round.total < LEAST_WEIGHT {
             return None;
         }
-        let (mu, mv) = (wu / w, wv / w);
-        let (spread, covariance) = (wuu - w * mu * mu, wuv - w * mu * mv);
-        let slope = |prior_px2: f64| (covariance + prior_px2 * prior.slope) / (spread + prior_px2);
-        line.slope = slope(SLOPE_PRIOR_PX2);
-        line.v_px = mv - line.slope * mu;
-        free_slope = slope(FREE_SLOPE_PRIOR_PX2);
-        leverage = 1.0 + w * mu * mu / (spread + SLOPE_PRIOR_PX2);
-        total = w;
-        squares = 0.0;
-        for (point, w0) in points.iter().zip(&weights) {
-            let r = point.v_px - line.at(point.u_px - u0_px);
-            squares += w0 * tukey(r, tukey_px) * r * r;
-        }
+        line = round.line(prior, known)?;
         tukey_px = (0.75 * tukey_px).max(LAST_TUKEY_PX);
     }
+    let (total, squares) = (round.total, round.squares);
     let residual_px = (squares / total).sqrt();
+    let unit_px2 = residual_px.max(LEAST_RESIDUAL_PX).powi(2) * CORRELATED_COLUMNS;
     Some(SideFit {
         line,
-        free_slope,
+        shown: round.shown(),
         support: total / points.len() as f64,
         residual_px,
-        variance_px2: residual_px.max(LEAST_RESIDUAL_PX).powi(2) * CORRELATED_COLUMNS * leverage / total,
+        variance_px2: unit_px2 * round.normal(known).try_inverse()?[(0, 0)],
         amplitude: typical_amplitude(points, u0_px, line, reach_px),
     })
+}
+
+/// The weighted sums of one round: over the columns, each basis function 1, du, ½ du² times each, and times the row's
+/// distance from the line before.
+#[derive(Default)]
+struct Round {
+    before: Option<Line>,
+    sums: Matrix3<f64>,
+    moments: Vector3<f64>,
+    total: f64,
+    squares: f64,
+}
+
+impl Round {
+    fn of(points: &[RidgePoint], weights: &[f64], u0_px: f64, line: Line, tukey_px: f64) -> Self {
+        let mut round = Self { before: Some(line), ..Self::default() };
+        for (point, weight) in points.iter().zip(weights) {
+            let du = point.u_px - u0_px;
+            let off_px = point.v_px - line.at(du);
+            let weight = weight * tukey(off_px, tukey_px);
+            let basis = Vector3::new(1.0, du, 0.5 * du * du);
+            round.sums += weight * basis * basis.transpose();
+            round.moments += weight * off_px * basis;
+            round.total += weight;
+            round.squares += weight * off_px * off_px;
+        }
+        round
+    }
+
+    fn normal(&self, known: Knowledge) -> Matrix3<f64> {
+        let mut normal = self.sums;
+        let mut block = normal.fixed_view_mut::<2, 2>(1, 1);
+        block += known.information;
+        normal
+    }
+
+    /// The line of least squares with what was known before.
+    fn line(&self, prior: Line, known: Knowledge) -> Option<Line> {
+        let before = self.before?;
+        let (slope_off, curvature_off) = (prior.slope - before.slope, prior.curvature_per_px - before.curvature_per_px);
+        let pull = known.information * Vector2::new(slope_off, curvature_off);
+        let pull = Vector3::new(0.0, pull[0], pull[1]);
+        let change = self.normal(known).cholesky()?.solve(&(self.moments + pull));
+        Some(Line {
+            v_px: before.v_px + change[0],
+            slope: before.slope + change[1],
+            curvature_per_px: before.curvature_per_px + change[2],
+        })
+    }
+
+    /// What these columns by themselves tell of slope and curvature, whatever the row.
+    fn shown(&self) -> Matrix2<f64> {
+        let s = &self.sums;
+        let row = Vector2::new(s[(0, 1)], s[(0, 2)]);
+        s.fixed_view::<2, 2>(1, 1) - row * row.transpose() / s[(0, 0)]
+    }
 }
 
 fn tukey(residual_px: f64, constant_px: f64) -> f64 {
@@ -182,10 +264,10 @@ mod tests {
                 RidgePoint { u_px: u, v_px: 100.0 + 0.1 * u + wild, quality: 0.9, amplitude: 100.0, background: 9.0 }
             })
             .collect();
-        let prior = Line { v_px: 101.5, slope: 0.1 };
-        let found = fit(&points, 0.0, prior, 55.0).unwrap();
+        let prior = Line::straight(101.5, 0.1);
+        let found = fit(&points, 0.0, prior, Knowledge::of_plate(), 55.0).unwrap();
         assert!((found.line.v_px - 100.0).abs() < 0.1, "{found:?}");
-        assert!((found.free_slope - 0.1).abs() < 0.005);
+        assert!((found.line.slope - 0.1).abs() < 0.005);
         assert!((0.55..0.75).contains(&found.support));
     }
 
@@ -194,6 +276,43 @@ mod tests {
         let points: Vec<RidgePoint> = (0..60)
             .map(|i| RidgePoint { u_px: f64::from(i), v_px: 100.0, quality: 0.2, amplitude: 3.0, background: 9.0 })
             .collect();
-        assert!(fit(&points, 0.0, Line { v_px: 100.0, slope: 0.0 }, 55.0).is_none());
+        let prior = Line::straight(100.0, 0.0);
+        assert!(fit(&points, 0.0, prior, Knowledge::of_plate(), 55.0).is_none());
+    }
+
+    fn pipe(u: f64) -> RidgePoint {
+        let v_px = 100.0 + 0.02 * u + 0.5 * 0.002 * u * u;
+        RidgePoint { u_px: u, v_px, quality: 0.9, amplitude: 100.0, background: 9.0 }
+    }
+
+    #[test]
+    fn the_side_of_a_pipe_is_not_extrapolated_straight() {
+        let points: Vec<RidgePoint> = (10..80).map(|i| pipe(f64::from(i))).collect();
+        let (mut line, mut known) = (Line::straight(101.0, 0.08), Knowledge::of_plate());
+        for _ in 0..8 {
+            let found = fit(&points, 0.0, line, known, 55.0).unwrap();
+            (line, known) = (found.line, known.with(found.shown));
+        }
+        assert!((line.v_px - 100.0).abs() < 0.06, "{line:?}");
+        assert!((line.curvature_per_px - 0.002).abs() < 1e-4, "{line:?}");
+    }
+
+    #[test]
+    fn what_is_known_holds_the_slope_of_a_side_that_is_hardly_seen() {
+        let points: Vec<RidgePoint> =
+            (10..20).map(|i| RidgePoint { v_px: 101.0 + 0.1 * f64::from(i), ..pipe(f64::from(i)) }).collect();
+        let known = Knowledge { information: Matrix2::new(30_000.0, 0.0, 0.0, 1e7), ..Knowledge::of_plate() };
+        let found = fit(&points, 0.0, Line::straight(102.0, 0.0), known, 55.0).unwrap();
+        assert!(found.line.slope.abs() < 0.002, "{found:?}");
+    }
+
+    #[test]
+    fn curved_lines_meet_where_they_do() {
+        let (a, b) = (Line { v_px: 100.0, slope: 0.5, curvature_per_px: 0.002 }, Line::straight(103.0, -0.4));
+        let (du, v) = a.meets(b).unwrap();
+        assert!((a.at(du) - b.at(du)).abs() < 1e-9 && (v - a.at(du)).abs() < 1e-9 && du.abs() < 5.0);
+        let moved = a.moved(7.0);
+        assert!((moved.at(3.0) - a.at(10.0)).abs() < 1e-9);
+        assert_eq!(Line::straight(1.0, 0.1).meets(Line::straight(2.0, 0.1)), None);
     }
 }

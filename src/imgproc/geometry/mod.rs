@@ -5,15 +5,22 @@
 //! middle between the ends of the stripe on them (butt, lap).
 
 mod corner;
+mod edge_pair;
 mod edges;
+mod groove;
 mod learn;
 mod line;
+mod peaks;
 mod relief;
 mod ridge;
 
-pub use learn::{is_plain, learn};
-pub use line::Line;
+pub use learn::{Learned, is_plain, learn};
+pub use line::{Knowledge, Line};
 pub use relief::{GapShows, gap_shows};
+
+use std::ops::Range;
+
+use nalgebra::Matrix2;
 
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
@@ -67,14 +74,19 @@ pub struct JointModel {
     pub right: Line,
     /// Distance of the two edges along the stripe \[px\] (butt, lap).
     pub gap_px: Option<f64>,
+    /// SD of that distance from fit to fit \[px\].
+    pub gap_sd_px: f64,
     /// From the root to the nearer shoulder \[px\] (V-groove), where it is within the window.
     pub half_width_px: Option<f64>,
     /// The plates beside the shoulders (V-groove), where they are within the window.
     pub plates: Option<[Line; 2]>,
     /// Half the stretch along the stripe that a fit looks at \[px\].
     pub half_window_px: f64,
-    /// Columns left out on either side of a corner \[px\]: its rounded toe or open root is not part of the flanks.
-    pub toe_px: f64,
+    /// From where to where each side is seen, as distances from the corner \[px\]: its rounded toe, open root or bead is
+    /// not part of the flanks.
+    pub flanks_px: [Range<f64>; 2],
+    /// How surely the slope and curvature of each side are known.
+    pub known: [Knowledge; 2],
     /// Fits that went into the model.
     pub fits: u32,
 }
@@ -88,12 +100,14 @@ pub struct JointFit {
     pub left: Line,
     /// The stripe behind the seam.
     pub right: Line,
-    /// The sides' slopes with hardly any prior, for slow learning.
-    pub free_slopes: [f64; 2],
+    /// The information that the columns of each side by themselves have on its slope and curvature, as [`Knowledge`] has it.
+    pub shown: [Matrix2<f64>; 2],
     /// Share of each side's columns that lie on its line, the lesser of the two, 0 to 1.
     pub support: f64,
     /// Weighted RMS distance of the ridge from its line, the larger of the two sides \[px\].
     pub residual_px: f64,
+    /// Variance of the centre's place along the stripe \[px²\]: what the stripe leaves open, not how ragged edges are.
+    pub along_variance_px2: f64,
     /// Variance of the centre's row, as far as the ridge's scatter makes it \[px²\].
     pub across_variance_px2: f64,
     /// How well the two edges explain the stripe's presence (butt, lap).
@@ -111,6 +125,8 @@ pub struct EdgeQuality {
     pub cost: f64,
     /// By how much the next-best place over 3 px away is worse.
     pub margin: f64,
+    /// The sides' lines are so far apart that the seam is sure to lie between the edges, if not just where.
+    pub distinct: bool,
 }
 
 /// Why a frame has no fit.
@@ -164,6 +180,14 @@ const LARGEST_COST: f64 = 0.1;
 /// Least margin over the next-best place. Prototype.
 const LEAST_MARGIN: f64 = 1.0;
 
+/// SD of the gap from fit to fit before it is known, and its least \[px\]. Prototype.
+const LEAST_GAP_SD_PX: f64 = 1.6;
+/// Rates at which the gap and its SD are learned, a fit. Prototype; chosen.
+const GAP_RATE: f64 = 0.15;
+const GAP_SD_RATE: f64 = 0.06;
+/// Variance along the stripe of a fit on an even stripe \[px²\]. Prototype.
+const EVEN_VARIANCE_PX2: f64 = 0.1;
+
 /// What a fit must show to be believed by itself. Chosen between clean and disturbed frames.
 const CLEAR_SUPPORT: f64 = 0.5;
 const CLEAR_RESIDUAL_PX: f64 = 0.8;
@@ -174,7 +198,7 @@ impl JointFit {
     pub fn is_clear(&self) -> bool {
         self.support > CLEAR_SUPPORT
             && self.residual_px < CLEAR_RESIDUAL_PX
-            && self.edges.is_none_or(|edges| edges.cost < LARGEST_COST)
+            && self.edges.is_none_or(|edges| edges.cost < LARGEST_COST && edges.margin > LEAST_MARGIN)
     }
 
     /// Why the fit cannot be trusted, if so: the first of support, residual, cost and margin that fails.
@@ -189,7 +213,7 @@ impl JointFit {
         }
         match self.edges {
             Some(edges) if edges.cost > LARGEST_COST => Some(Refusal::Cost),
-            Some(edges) if edges.margin < LEAST_MARGIN => Some(Refusal::Margin),
+            Some(edges) if edges.margin < LEAST_MARGIN && !edges.distinct => Some(Refusal::Margin),
             _ => None,
         }
     }
@@ -236,18 +260,15 @@ impl JointModel {
         0.5 * (self.left.v_px + self.right.v_px)
     }
 
-    /// Takes over what an accepted fit says: the height at once, slopes and gap slowly.
+    /// Takes over what an accepted fit says: the lines, which hold what was known before, at once, the gap slowly.
     pub fn learn(&mut self, fit: &JointFit) {
         self.fits += 1;
         let seam_v_px = self.seam_v_px();
         let early = 1.0 / f64::from(self.fits + 1);
-        let slope_rate = early.max(0.06);
-        let take = |line: &mut Line, measured: Line, free_slope: f64| {
-            line.v_px = measured.v_px;
-            line.slope += slope_rate * (free_slope - line.slope);
-        };
-        take(&mut self.left, fit.left, fit.free_slopes[0]);
-        take(&mut self.right, fit.right, fit.free_slopes[1]);
+        (self.left, self.right) = (fit.left, fit.right);
+        for (known, shown) in self.known.iter_mut().zip(fit.shown) {
+            *known = known.with(shown);
+        }
         for (plate, seen) in self.plates.iter_mut().flatten().zip(fit.plates) {
             let drop_px = 0.5 * (fit.left.v_px + fit.right.v_px) - seam_v_px;
             plate.v_px += drop_px;
@@ -256,8 +277,11 @@ impl JointModel {
             }
         }
         if let Some(edges) = fit.edges {
-            let gap_rate = early.max(0.15);
-            self.gap_px = Some(self.gap_px.map_or(edges.gap_px, |gap| gap + gap_rate * (edges.gap_px - gap)));
+            let known_px = self.gap_px.unwrap_or(edges.gap_px);
+            let off_px = edges.gap_px - known_px;
+            self.gap_px = Some(known_px + early.max(GAP_RATE) * off_px);
+            let variance_px2 = self.gap_sd_px.powi(2) + GAP_SD_RATE * (off_px.powi(2) - self.gap_sd_px.powi(2));
+            self.gap_sd_px = variance_px2.sqrt().max(LEAST_GAP_SD_PX);
         }
     }
 }

@@ -63,7 +63,12 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     if edges.gap_px < LEAST_GAP_PX {
         return GapShows::Nothing;
     }
-    let middle = Line { v_px: 0.5 * (fit.left.v_px + fit.right.v_px), slope: 0.5 * (fit.left.slope + fit.right.slope) };
+    let mean = |of: fn(&Line) -> f64| 0.5 * (of(&fit.left) + of(&fit.right));
+    let middle = Line {
+        v_px: mean(|line| line.v_px),
+        slope: mean(|line| line.slope),
+        curvature_per_px: mean(|line| line.curvature_per_px),
+    };
     let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
     let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
     let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
@@ -109,7 +114,7 @@ mod tests {
             let noise = ((i * 7919) % 13) as f64 / 6.0;
             *pixel = (9.0 + noise + grey(u) * (-0.5 * ((v - row(u)) / 2.4).powi(2)).exp()).min(255.0) as u8;
         }
-        let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap();
+        let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
         let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
         assert!((fit.centre.u_px - 160.0).abs() < 1.5, "{fit:?}");
         gap_shows(&frame, &fit, model.stripe_sd_px)

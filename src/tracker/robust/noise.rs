@@ -30,7 +30,7 @@ const MOST_EXPECTED: f64 = 16.0;
 /// R of a fit under the nominal noise \[px²\]: edges that explain the stripe badly are worth less.
 pub fn of_fit(fit: &JointFit) -> f64 {
     let excess_cost = fit.edges.map_or(0.0, |edges| (edges.cost - USUAL_COST).max(0.0));
-    WHITE_VARIANCE_PX2 + VARIANCE_PER_COST2_PX2 * excess_cost.powi(2)
+    fit.along_variance_px2 + VARIANCE_PER_COST2_PX2 * excess_cost.powi(2)
 }
 
 /// The factor on R of a sighting whose NIS is `nis`.

@@ -2,7 +2,7 @@
 
 use super::classify;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointKind, JointModel, learn};
+use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
 use crate::units::PixelPoint;
 
@@ -19,12 +19,23 @@ const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
+/// Bends among which the shoulders of a groove are sought, and their least distance \[px\].
+const MOST_BENDS: usize = 8;
+const LEAST_GROOVE_PX: f64 = 24.0;
+/// How many bends on a shoulder is paired with. Chosen: the crowns of two beads lie between them.
+const MOST_BETWEEN: usize = 3;
 /// Width of a break that may be an open root \[px\].
 const OPEN_ROOT_PX: std::ops::Range<usize> = 8..110;
 /// A narrower gap is no gap with two edges, but a speckle or a hairline \[px\]. Tuned.
 const LEAST_GAP_PX: f64 = 2.5;
 /// A gap at least this wide is fitted with its width as it shows \[px\]. Chosen: the fit expects 12 ± 8 px otherwise.
 const WIDE_GAP_PX: f64 = 25.0;
+/// A gap at least this wide may be bridged, by a stripe seen in this share of its columns and of some on either side \[px\],
+/// which nowhere jumps by as much \[px\]. Chosen: walls are steep, flanks are not.
+const LEAST_BRIDGED_PX: f64 = 10.0;
+const BRIDGED_SHARE: f64 = 0.85;
+const BRIDGE_REACH_PX: f64 = 3.0;
+const LEAST_JUMP_PX: f32 = 3.5;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
@@ -64,7 +75,8 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         let places = strong().map(SeamFeatures::centre).chain(notches(line)).map(|place| (place, None));
         let wide = strong().filter(|_| tried == JointKind::Butt).filter_map(wide_gap);
         let open = kind.is_none();
-        seeds.extend(best(places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open))));
+        let found = places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open));
+        seeds.extend(best(found.filter(|seed| !is_bridged(line, seed))));
     }
     seeds
 }
@@ -96,6 +108,17 @@ fn wide_gap(features: &SeamFeatures) -> Option<(PixelPoint, Option<f64>)> {
     (level && gap_px >= WIDE_GAP_PX).then(|| (features.centre(), Some(gap_px)))
 }
 
+/// Whether the stripe goes on through what should be a gap, without a jump: a groove's flanks and its bead do.
+fn is_bridged(line: &Centreline, seed: &Seed) -> bool {
+    let Some(edges) = seed.fit.edges.filter(|edges| edges.gap_px > LEAST_BRIDGED_PX) else { return false };
+    let ends = [-0.5, 0.5].map(|half| seed.fit.centre.u_px + half * edges.gap_px);
+    let columns = (ends[0] - BRIDGE_REACH_PX).max(0.0) as usize..(ends[1] + BRIDGE_REACH_PX) as usize;
+    let width = columns.len();
+    let rows: Vec<f32> = columns.filter_map(|u| line.at(u)).collect();
+    let jumps = rows.windows(2).any(|pair| (pair[1] - pair[0]).abs() > LEAST_JUMP_PX);
+    rows.len() as f64 > BRIDGED_SHARE * width as f64 && !jumps
+}
+
 /// A joint with edges at `place`, fitted with the first gap of kind `tried` or the one that is known; its step says
 /// which kind it is, if that is open.
 fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: JointKind, open: bool) -> Option<Seed> {
@@ -119,7 +142,8 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
 
 /// Learns the cross-section round `place` and fits it there.
 fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: JointKind) -> Option<Seed> {
-    let mut model = JointModel { gap_px, ..learn(frame, place, kind)? };
+    let Learned { model, place } = learn(frame, place, kind)?;
+    let mut model = JointModel { gap_px, ..model };
     let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
     model.learn(&fit);
     let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
@@ -129,14 +153,31 @@ fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: Joint
     Some(Seed { clear, certain, model, fit })
 }
 
-/// The strongest bends of the centreline, and where its root is open.
+/// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
 fn corners(line: &Centreline) -> Vec<PixelPoint> {
     let bend = |u: usize| {
         let at = |u: usize| mean(line, u - 2..u + 3);
-        let bend = (2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?).abs();
-        (bend > LEAST_CORNER_PX).then_some(bend)
+        let bend = 2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?;
+        (bend.abs() > LEAST_CORNER_PX).then_some(bend)
     };
-    strongest(line, CORNER_ARM_PX + 2, bend).into_iter().chain(open_roots(line)).collect()
+    let bends = strongest(line, CORNER_ARM_PX + 2, MOST_BENDS, bend);
+    let between = between_shoulders(&bends);
+    let bends = bends.into_iter().take(MOST_CORNERS).map(|(_, place)| place);
+    bends.chain(open_roots(line)).chain(between).collect()
+}
+
+/// The middles of two bends to the same side: of a groove whose root does not show, as a bead lies in it. The bead may bend
+/// to that side too.
+fn between_shoulders(bends: &[(f32, PixelPoint)]) -> Vec<PixelPoint> {
+    let mut sorted = bends.to_vec();
+    sorted.sort_by(|a, b| a.1.u_px.total_cmp(&b.1.u_px));
+    let pairs = [1.0, -1.0].into_iter().flat_map(|side: f32| {
+        let alike: Vec<PixelPoint> = sorted.iter().filter(|(bend, _)| bend * side > 0.0).map(|(_, p)| *p).collect();
+        let next = |i: usize| alike.iter().skip(i + 1).take(MOST_BETWEEN).map(move |b| b);
+        alike.iter().enumerate().flat_map(|(i, a)| next(i).map(|b| (*a, *b))).collect::<Vec<_>>()
+    });
+    let wide = pairs.filter(|(a, b)| b.u_px - a.u_px >= LEAST_GROOVE_PX);
+    wide.map(|(a, b)| PixelPoint::new(0.5 * (a.u_px + b.u_px), 0.5 * (a.v_px + b.v_px))).collect()
 }
 
 /// Where the centreline leaves the way it has on both sides: gaps too narrow and too shallow for a jump.
@@ -147,7 +188,7 @@ fn notches(line: &Centreline) -> Vec<PixelPoint> {
         let depth = (mean(line, u - 1..u + 2)? - 0.5 * (before? + behind?)).abs();
         (depth > LEAST_NOTCH_PX).then_some(depth)
     };
-    strongest(line, NOTCH_ARM_PX.end, depth)
+    strongest(line, NOTCH_ARM_PX.end, MOST_CORNERS, depth).into_iter().map(|(_, place)| place).collect()
 }
 
 fn mean(line: &Centreline, columns: std::ops::Range<usize>) -> Option<f32> {
@@ -155,21 +196,27 @@ fn mean(line: &Centreline, columns: std::ops::Range<usize>) -> Option<f32> {
     (!values.is_empty()).then(|| values.iter().sum::<f32>() / values.len() as f32)
 }
 
-/// The points of the centreline, `margin_px` inside it, with the largest `strength`, an arm's length apart.
-fn strongest(line: &Centreline, margin_px: usize, strength: impl Fn(usize) -> Option<f32>) -> Vec<PixelPoint> {
+/// The points of the centreline, `margin_px` inside it, with the largest `strength` of either sign, an arm's length apart.
+fn strongest(
+    line: &Centreline,
+    margin_px: usize,
+    most: usize,
+    strength: impl Fn(usize) -> Option<f32>,
+) -> Vec<(f32, PixelPoint)> {
     let inner = margin_px..line.v_px.len().saturating_sub(margin_px);
     let mut strong: Vec<(f32, usize)> = inner.filter_map(|u| Some((strength(u)?, u))).collect();
-    strong.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
-    let mut peaks: Vec<usize> = vec![];
-    for (_, u) in strong {
-        if peaks.iter().all(|&other| other.abs_diff(u) > CORNER_ARM_PX) {
-            peaks.push(u);
+    strong.sort_by(|a, b| b.0.abs().total_cmp(&a.0.abs()).then(a.1.cmp(&b.1)));
+    let mut peaks: Vec<(f32, usize)> = vec![];
+    for (strength, u) in strong {
+        if peaks.iter().all(|(_, other)| other.abs_diff(u) > CORNER_ARM_PX) {
+            peaks.push((strength, u));
         }
-        if peaks.len() == MOST_CORNERS {
+        if peaks.len() == most {
             break;
         }
     }
-    peaks.into_iter().filter_map(|u| Some(PixelPoint::new(u as f64, f64::from(mean(line, u - 2..u + 3)?)))).collect()
+    let place = |u: usize| Some(PixelPoint::new(u as f64, f64::from(mean(line, u - 2..u + 3)?)));
+    peaks.into_iter().filter_map(|(strength, u)| Some((strength, place(u)?))).collect()
 }
 
 /// The middles of the widest breaks of the centreline that may be the open root of a groove.

@@ -1,0 +1,277 @@
+//! The two edges that explain best where a stripe is lit, and how sure they are.
+//!
+//! The objective is a negative log likelihood: before the left edge the left line should be lit, behind the right edge the
+//! right line, with a truncated loss, a prior on the edges' distance and a weak one on their middle. It is looked at every
+//! pixel first, then every quarter of one round the best place.
+
+use std::ops::Range;
+
+/// Steps of the fine search a pixel; the coarse one takes whole pixels.
+const STEPS_PER_PX: isize = 4;
+/// How far round the coarse place the fine search goes \[steps\].
+const FINE_REACH: isize = 6;
+/// Width of an edge's transition \[px\], and how far from it a column is all lit or all dark \[px\].
+const EDGE_WIDTH_PX: f64 = 0.5;
+const EDGE_REACH_PX: isize = 3;
+/// Bound of a column's squared mismatch.
+const TRUNCATION: f64 = 0.8;
+/// Weight and SD of the prior on the middle. Prototype: weak, so that the fit follows a moving seam.
+const POSITION_WEIGHT: f64 = 0.4;
+const POSITION_SD_PX: f64 = 4.0;
+/// A place this far from the best one counts as another place \[px\].
+const OTHER_PLACE_PX: f64 = 3.0;
+/// What the objective is divided by to be the log of a probability, near the best place and between two places. Chosen: a
+/// sharp edge, of which a shift by a pixel costs 0.8, is known to a fifth of one; between places, all columns of a spatter
+/// err together.
+const TEMPERATURE: f64 = 0.08;
+const RIVAL_TEMPERATURE: f64 = 0.5;
+
+/// One side's columns: presence of the stripe, 0 to 1, and weight.
+pub struct Presence {
+    lit: Vec<f64>,
+    weight: Vec<f64>,
+    /// Summed mismatch of the columns before each, if all were expected lit, and dark.
+    if_lit: Vec<f64>,
+    if_dark: Vec<f64>,
+}
+
+/// What is known beforehand; places are relative to the prediction \[px\].
+#[derive(Debug, Clone, Copy)]
+pub struct Expected {
+    /// Place of the first column.
+    pub first_du: f64,
+    /// Largest distance of the middle.
+    pub search_px: f64,
+    /// Distance of the edges, its SD and its least.
+    pub gap_px: f64,
+    pub gap_sd_px: f64,
+    pub least_gap_px: f64,
+    /// The sides' lines are so far apart that each column shows one or the other: then all columns speak for both
+    /// edges. Else those before the middle speak for the left one only, those behind it for the right one.
+    pub distinct: bool,
+}
+
+/// The best pair of edges, relative to the prediction.
+#[derive(Debug, Clone, Copy)]
+pub struct EdgePair {
+    pub left_du: f64,
+    pub right_du: f64,
+    /// Variance of their middle \[px²\].
+    pub variance_px2: f64,
+    /// Mean mismatch of a column, 0 to [`TRUNCATION`].
+    pub cost: f64,
+    /// By how much the next-best place is worse.
+    pub margin: f64,
+}
+
+impl Presence {
+    /// Of columns with `lit` and `weight`.
+    pub fn new(lit: Vec<f64>, weight: Vec<f64>) -> Self {
+        let sums = |expected: f64| {
+            let costs = lit.iter().zip(&weight).scan(0.0, move |sum, (&lit, &weight)| {
+                *sum += mismatch(expected, lit, weight);
+                Some(*sum)
+            });
+            std::iter::once(0.0).chain(costs).collect()
+        };
+        let (if_lit, if_dark) = (sums(1.0), sums(0.0));
+        Self { lit, weight, if_lit, if_dark }
+    }
+
+    /// The mismatch of `columns` when the stripe is lit before (or behind) an edge at `step`.
+    fn cost(&self, step: isize, columns: Range<usize>, lit_before: bool) -> f64 {
+        let at = |px: isize| (px.max(0) as usize).clamp(columns.start, columns.end);
+        let edge_px = step.div_euclid(STEPS_PER_PX);
+        let (near, far) = (at(edge_px - EDGE_REACH_PX), at(edge_px + EDGE_REACH_PX + 2));
+        let (before, behind) = if lit_before { (&self.if_lit, &self.if_dark) } else { (&self.if_dark, &self.if_lit) };
+        let mut sum = before[near] - before[columns.start] + behind[columns.end] - behind[far];
+        for x in near..far {
+            let ahead_px = step as f64 / STEPS_PER_PX as f64 - x as f64;
+            let before = 1.0 / (1.0 + (-ahead_px / EDGE_WIDTH_PX).exp());
+            sum += mismatch(if lit_before { before } else { 1.0 - before }, self.lit[x], self.weight[x]);
+        }
+        sum
+    }
+}
+
+fn mismatch(expected: f64, seen: f64, weight: f64) -> f64 {
+    weight * (expected - seen).powi(2).min(TRUNCATION)
+}
+
+/// What the two sides' presences and what is expected make of a pair of edges.
+struct Objective<'a> {
+    sides: &'a [Presence; 2],
+    expected: &'a Expected,
+    columns: usize,
+}
+
+/// A pair of edges \[steps from the first column\].
+type Pair = (isize, isize);
+
+impl Objective<'_> {
+    fn du(&self, step: f64) -> f64 {
+        self.expected.first_du + step / STEPS_PER_PX as f64
+    }
+
+    fn middle(&self, (left, right): Pair) -> f64 {
+        self.du(0.5 * (left + right) as f64)
+    }
+
+    /// The mismatch of the columns.
+    fn data(&self, (left, right): Pair) -> f64 {
+        let all = 0..self.columns;
+        if self.expected.distinct {
+            return self.sides[0].cost(left, all.clone(), true) + self.sides[1].cost(right, all, false);
+        }
+        let middle = 0.5 * (left + right) as f64 / STEPS_PER_PX as f64;
+        let parting = ((middle + 0.5).round().max(0.0) as usize).min(self.columns);
+        self.sides[0].cost(left, 0..parting, true) + self.sides[1].cost(right, parting..self.columns, false)
+    }
+
+    /// The whole, infinite where the pair may not be.
+    fn at(&self, pair: Pair) -> f64 {
+        let (middle, gap) = (self.middle(pair), (pair.1 - pair.0) as f64 / STEPS_PER_PX as f64);
+        let expected = self.expected;
+        if gap < expected.least_gap_px || middle.abs() > expected.search_px {
+            return f64::INFINITY;
+        }
+        self.data(pair)
+            + 0.5 * ((gap - expected.gap_px) / expected.gap_sd_px).powi(2)
+            + 0.5 * POSITION_WEIGHT * (middle / POSITION_SD_PX).powi(2)
+    }
+
+    /// The best pair within `reach` of `pair`, with its value.
+    fn best_near(&self, pair: Pair, reach: isize, allowed: impl Fn(Pair) -> bool) -> (Pair, f64) {
+        let near = (-reach..=reach).flat_map(|i| (-reach..=reach).map(move |j| (pair.0 + i, pair.1 + j)));
+        near.filter(|&pair| allowed(pair))
+            .map(|pair| (pair, self.at(pair)))
+            .fold((pair, f64::INFINITY), |best, next| if next.1 < best.1 { next } else { best })
+    }
+}
+
+/// The best pair of edges; none where none is allowed.
+pub fn find(sides: &[Presence; 2], expected: &Expected) -> Option<EdgePair> {
+    let columns = sides[0].lit.len();
+    let objective = Objective { sides, expected, columns };
+    let reach_px = expected.search_px + 0.5 * expected.gap_px.abs() + expected.gap_sd_px + 1.5;
+    let end = |du: f64| (du - expected.first_du).round() as isize;
+    let (first, last) = (end(-reach_px), end(reach_px));
+    // The best pair of each middle, in half pixels.
+    let mut best_of = vec![((0, 0), f64::INFINITY); (2 * (last - first) + 1).max(0) as usize];
+    for left in first..=last {
+        for right in first..=last {
+            let pair = (left * STEPS_PER_PX, right * STEPS_PER_PX);
+            let value = objective.at(pair);
+            let best = &mut best_of[(left + right - 2 * first) as usize];
+            if value < best.1 {
+                *best = (pair, value);
+            }
+        }
+    }
+    let least = |a: (Pair, f64), b: &(Pair, f64)| if b.1 < a.1 { *b } else { a };
+    let coarse = best_of.iter().fold(((0, 0), f64::INFINITY), least);
+    if coarse.1.is_infinite() {
+        return None;
+    }
+    let (best, lowest) = objective.best_near(coarse.0, FINE_REACH, |_| true);
+    let away_px = |pair: Pair| (objective.middle(pair) - objective.middle(best)).abs();
+    let elsewhere = |pair: Pair| away_px(pair) > OTHER_PLACE_PX;
+    let rival = best_of.iter().filter(|(pair, _)| elsewhere(*pair)).fold(((0, 0), f64::INFINITY), least);
+    let (rival, rival_value) =
+        if rival.1.is_finite() { objective.best_near(rival.0, STEPS_PER_PX / 2, elsewhere) } else { rival };
+    let margin = if rival_value.is_finite() { rival_value - lowest } else { 0.0 };
+    let (left, right, spread_px2) = moments(&objective, best, lowest);
+    // Two places, the other of which has this share of the probability.
+    let odds = if rival_value.is_finite() { (-margin / RIVAL_TEMPERATURE).exp() } else { 0.0 };
+    let rival_px2 = odds / (1.0 + odds) * away_px(rival).powi(2);
+    let weight: f64 = sides.iter().flat_map(|side| &side.weight).sum::<f64>() * 0.5;
+    Some(EdgePair {
+        left_du: objective.du(left),
+        right_du: objective.du(right),
+        variance_px2: spread_px2 + rival_px2,
+        cost: objective.data(best) / weight,
+        margin,
+    })
+}
+
+/// Means of both edges \[steps\] and variance of their middle \[px²\] round the best pair, as probable as the objective has
+/// each place.
+fn moments(objective: &Objective<'_>, best: Pair, lowest: f64) -> (f64, f64, f64) {
+    let (mut sum, mut left, mut right, mut square) = (0.0, 0.0, 0.0, 0.0);
+    for i in -FINE_REACH..=FINE_REACH {
+        for j in -FINE_REACH..=FINE_REACH {
+            let p = ((lowest - objective.at((best.0 + i, best.1 + j))) / TEMPERATURE).exp();
+            let middle = 0.5 * (i + j) as f64;
+            (sum, left, right) = (sum + p, left + p * i as f64, right + p * j as f64);
+            square += p * middle * middle;
+        }
+    }
+    let mean = 0.5 * (left + right) / sum;
+    let variance = (square / sum - mean * mean) / (STEPS_PER_PX * STEPS_PER_PX) as f64;
+    (best.0 as f64 + left / sum, best.1 as f64 + right / sum, variance)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EXPECTED: Expected =
+        Expected { first_du: -28.5, search_px: 12.0, gap_px: 12.0, gap_sd_px: 1.6, least_gap_px: 1.0, distinct: false };
+
+    /// Columns that are lit before (or behind) an edge, relative to the prediction.
+    fn lit(edge_du: f64, before: bool) -> Presence {
+        let lit = (0..58).map(|x| {
+            let ahead = edge_du - (EXPECTED.first_du + f64::from(x));
+            let is_before = 1.0 / (1.0 + (-ahead / EDGE_WIDTH_PX).exp());
+            if before { is_before } else { 1.0 - is_before }
+        });
+        Presence::new(lit.collect(), vec![1.0; 58])
+    }
+
+    #[test]
+    fn two_edges_are_found_to_a_twentieth_of_a_pixel() {
+        for shift in [0.0, 0.3, 0.55, 4.1] {
+            let found = find(&[lit(shift - 6.0, true), lit(shift + 6.0, false)], &EXPECTED).unwrap();
+            let middle = 0.5 * (found.left_du + found.right_du);
+            // The prediction draws it a little.
+            assert!((middle - shift).abs() < 0.03 + 0.02 * shift, "{shift}: {found:?}");
+            assert!((found.right_du - found.left_du - 12.0).abs() < 0.2, "{found:?}");
+            assert!(found.cost < 0.003 && found.margin > 3.0 && found.variance_px2 < 0.1, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn edges_of_plates_at_different_heights_may_overlap() {
+        let expected = Expected { gap_px: 0.0, gap_sd_px: 4.0, least_gap_px: -8.0, distinct: true, ..EXPECTED };
+        let found = find(&[lit(2.0, true), lit(-1.0, false)], &expected).unwrap();
+        // What was expected draws the gap a little.
+        assert!((found.right_du - found.left_du + 3.0).abs() < 0.7, "{found:?}");
+        assert!((0.5 * (found.left_du + found.right_du) - 0.5).abs() < 0.05, "{found:?}");
+    }
+
+    #[test]
+    fn two_gaps_alike_leave_the_place_open_and_the_variance_says_so() {
+        let both = |right: bool| {
+            let dark = |x: f64| (-9.0..-4.0).contains(&x) || (4.0..9.0).contains(&x) || (right && x < -4.0);
+            let lit = (0..58).map(|x| f64::from(u8::from(!dark(EXPECTED.first_du + f64::from(x)))));
+            Presence::new(lit.collect(), vec![1.0; 58])
+        };
+        let found = find(&[both(false), both(false)], &Expected { gap_px: 5.0, ..EXPECTED }).unwrap();
+        assert!(found.margin < 1.0 && found.variance_px2 > 1.0, "{found:?}");
+    }
+
+    #[test]
+    fn a_covered_stripe_costs_much_and_columns_without_weight_cost_nothing() {
+        let dark = || Presence::new(vec![0.0; 58], vec![1.0; 58]);
+        assert!(find(&[dark(), dark()], &EXPECTED).unwrap().cost > 0.3);
+        let glare = |edge_du: f64, before: bool| {
+            let Presence { mut lit, mut weight, .. } = lit(edge_du, before);
+            for x in 40..50 {
+                (lit[x], weight[x]) = (0.5, 0.0);
+            }
+            Presence::new(lit, weight)
+        };
+        let found = find(&[glare(-6.0, true), glare(6.0, false)], &EXPECTED).unwrap();
+        assert!(found.cost < 0.003 && (0.5 * (found.left_du + found.right_du)).abs() < 0.1, "{found:?}");
+    }
+}
