@@ -40,6 +40,12 @@ impl Levels {
         Self { levels: COARSENESS.map(level).into() }
     }
 
+    /// Looks for the joint of the settings, or for any, beside one that is known and not seen.
+    pub fn rival(settings: &RobustSettings) -> Self {
+        let level = |coarseness| (Raster::coarser(coarseness), Seeker::rival(settings.joint, settings.parts));
+        Self { levels: COARSENESS.map(level).into() }
+    }
+
     /// Looks for nothing.
     pub const fn none() -> Self {
         Self { levels: vec![] }

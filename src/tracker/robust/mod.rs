@@ -179,7 +179,7 @@ impl RobustTracker {
             self.rival = None;
             return None;
         }
-        let rival = self.rival.get_or_insert_with(|| Levels::new(&self.settings, false));
+        let rival = self.rival.get_or_insert_with(|| Levels::rival(&self.settings));
         let (raster, found) = rival.look(frame);
         let Found::Joint { seed, .. } = &found else { return None };
         let view = View::new(axis, raster);

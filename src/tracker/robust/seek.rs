@@ -18,7 +18,7 @@ use crate::units::PixelPoint;
 /// chance has more ways to put four on a line than on one place.
 const AGREEING_SEEDS: usize = 4;
 const MOVING_SEEDS: usize = 5;
-/// The same for what has no relief: a dark place passes with the plate.
+/// The same for what has no relief, since a dark place passes with the plate, and for a joint beside one that is known.
 const FLAT_SEEDS: usize = 7;
 const RECENT_FRAMES: usize = 8;
 /// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
@@ -99,6 +99,8 @@ pub struct Seeker {
     hairline: HairlineTracker,
     /// Hairlines are sought too.
     seeks_hairlines: bool,
+    /// Another joint is known, and not seen.
+    is_rival: bool,
     straight_share: f64,
     /// Where the last frames have the hairline \[px\], the newest last.
     hairline_px: VecDeque<f64>,
@@ -116,9 +118,15 @@ impl Seeker {
             untouched,
             hairline: HairlineTracker::default(),
             seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
+            is_rival: false,
             straight_share: 0.0,
             hairline_px: VecDeque::new(),
         }
+    }
+
+    /// The same beside a joint that is known: what is found must be the surer, since what hides that looks like others.
+    pub fn rival(kind: Option<JointKind>, parts: Parts) -> Self {
+        Self { is_rival: true, ..Self::new(kind, parts, false, false) }
     }
 
     /// The seeds of the last frame looked at.
