@@ -63,6 +63,7 @@ fn several_runs_stand_in_one_table_and_one_page() {
         .stdout(predicate::str::contains("paper, filtered").and(predicate::str::contains("robust, smoothed")));
     assert!(std::fs::read_to_string(&page).unwrap().contains("2 runs on one recording"));
     compare().assert().code(1).stderr(predicate::str::contains("--force"));
+    std::fs::remove_dir_all(&robust).unwrap();
     write_run(&robust, 100, GOOD, true);
     compare().arg("--force").assert().code(1).stderr(predicate::str::contains("compare runs on the same recording"));
 }

@@ -7,7 +7,7 @@ use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
 use seamtrack::eval::read_truth;
 use seamtrack::meltpool::{Measure, Noise};
-use seamtrack::output::{Claims, Existing, Reads, WholeFolder};
+use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::pool::{
@@ -22,10 +22,11 @@ use seamtrack::source::{Period, SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
 use serde_json::json;
 
-use super::drawing::{self, Drawing};
+use super::drawing::Drawing;
+use super::places::{self, Places};
 use super::say;
 use super::signals::wait_if_ending;
-use super::track::{exit_code, is_copy_in, name_of, parse_percentage};
+use super::track::{exit_code, name_of, parse_percentage};
 use super::troubles::Troubles;
 use super::truth::TruthCopy;
 
@@ -129,7 +130,8 @@ impl Meltpool {
             bail!("--truth belongs to one recording: measure them one by one");
         }
         let jobs: Vec<Job<'_>> = self.inputs.iter().map(|input| self.job(input)).collect();
-        self.check_places(&jobs)?;
+        let all: Vec<Places<'_>> = jobs.iter().map(|job| self.places(job)).collect();
+        places::check(&all, &[], Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
             let (available, text) = self.measure_one(job)?;
             say::print(&text).context("the results are written, but")?;
@@ -156,27 +158,9 @@ impl Meltpool {
         Ok(exit_code(all_available))
     }
 
-    /// Refuses, before anything is written, every place where something would be lost.
-    fn check_places(&self, jobs: &[Job<'_>]) -> anyhow::Result<()> {
-        let (mut reads, mut claims, existing) = (Reads::default(), Claims::default(), Existing::forced(self.force));
-        for job in jobs {
-            reads.add(job.input);
-            if let Some(truth) = self.truth.as_deref().filter(|truth| !is_copy_in(truth, &job.output)) {
-                reads.add(truth);
-            }
-        }
-        for job in jobs {
-            let name = job.input.display().to_string();
-            reads.refuse(&job.output, "-o")?;
-            claims.claim(&job.output, &name)?;
-            WholeFolder::check(&job.output, existing)?;
-            if let Some(overlay) = &job.overlay {
-                reads.refuse(overlay, "--overlay")?;
-                claims.claim(overlay, &name)?;
-                drawing::check(overlay, &job.output, existing)?;
-            }
-        }
-        Ok(claims.check_apart()?)
+    fn places<'a>(&'a self, job: &'a Job<'_>) -> Places<'a> {
+        let (truth, overlay) = (self.truth.as_deref(), job.overlay.as_deref());
+        Places { input: job.input, truth, output: &job.output, overlay }
     }
 
     fn job<'a>(&self, input: &'a Path) -> Job<'a> {

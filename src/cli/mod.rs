@@ -7,6 +7,7 @@ mod eval;
 mod filter;
 mod manifest;
 mod meltpool;
+mod places;
 mod report;
 mod reproduce;
 pub mod say;

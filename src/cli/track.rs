@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
 use seamtrack::calib::Origin;
 use seamtrack::config::{Config, Joint, Preset, Stripe};
-use seamtrack::output::{Claims, Existing, Reads, WholeFolder, listing};
+use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::export::{Exports, write_exports};
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
@@ -24,7 +24,8 @@ use seamtrack::run::{RunOutcome, error_table};
 use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
-use super::drawing::{self, Drawing};
+use super::drawing::Drawing;
+use super::places::{self, Places};
 use super::signals::wait_if_ending;
 use super::troubles::Troubles;
 use super::truth::Truth;
@@ -106,6 +107,17 @@ struct Job {
     overlay: Option<PathBuf>,
 }
 
+impl Job {
+    fn places(&self) -> Places<'_> {
+        Places {
+            input: &self.input,
+            truth: self.truth.as_deref(),
+            output: &self.output,
+            overlay: self.overlay.as_deref(),
+        }
+    }
+}
+
 /// What became of it: whether the seam was available often enough, and what there is to say.
 struct Done {
     available: bool,
@@ -120,7 +132,9 @@ impl Track {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
         let jobs = self.job_list()?;
-        self.check_places(&jobs)?;
+        let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
+        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).collect();
+        places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
             let done = self.track_one(job, &config, true)?;
             say::print(&done.text).context("the results are written, but")?;
@@ -156,32 +170,6 @@ impl Track {
         }
         printed.context("the results are written, but")?;
         Ok(exit_code(all_available))
-    }
-
-    /// Refuses, before anything is written, every place where something would be lost.
-    fn check_places(&self, jobs: &[Job]) -> anyhow::Result<()> {
-        let mut reads = Reads::default();
-        [&self.manifest, &self.config].into_iter().flatten().for_each(|file| reads.add(file));
-        for job in jobs {
-            reads.add(&job.input);
-            if let Some(truth) = job.truth.as_deref().filter(|truth| !is_copy_in(truth, &job.output)) {
-                reads.add(truth);
-            }
-        }
-        let existing = Existing::forced(self.force);
-        let mut claims = Claims::default();
-        for job in jobs {
-            let name = job.input.display().to_string();
-            reads.refuse(&job.output, "-o")?;
-            claims.claim(&job.output, &name)?;
-            WholeFolder::check(&job.output, existing)?;
-            if let Some(overlay) = &job.overlay {
-                reads.refuse(overlay, "--overlay")?;
-                claims.claim(overlay, &name)?;
-                drawing::check(overlay, &job.output, existing)?;
-            }
-        }
-        Ok(claims.check_apart()?)
     }
 
     fn effective_config(&self) -> anyhow::Result<Config> {
@@ -342,13 +330,6 @@ fn read_config(file: &Path) -> anyhow::Result<Config> {
 
 pub(super) fn exit_code(available: bool) -> ExitCode {
     if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
-}
-
-/// Whether a truth is the copy that an earlier run left in the folder of the results: the next run may replace it.
-pub(super) fn is_copy_in(truth: &Path, results: &Path) -> bool {
-    let (Ok(truth), Ok(results)) = (truth.canonicalize(), results.canonicalize()) else { return false };
-    truth == results.join(seamtrack::report::truth::FILE_NAME)
-        && listing::proves(&results, seamtrack::report::truth::FILE_NAME)
 }
 
 /// The folder's or file's own name, without the extension of a file; of a folder called `frames`, that of the one above.

@@ -3,6 +3,8 @@
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use crate::output::unfinished::{self, Removal};
+
 /// Why a result could not be written or read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
@@ -54,14 +56,31 @@ pub fn write_atomically(
     let attempt = || -> std::io::Result<()> {
         let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
         let mut file = temporary_file().tempfile_in(folder)?;
+        let _noted = Noted::of(file.path());
         let mut writer = BufWriter::new(file.as_file_mut());
         fill(&mut writer)?;
         writer.flush()?;
         drop(writer);
-        file.persist(path)?;
+        unfinished::undisturbed(|| file.persist(path))?;
         Ok(())
     };
     attempt().map_err(|source| ResultsError::Write { path: path.to_owned(), source })
+}
+
+/// A temporary file that goes when the program is told to end.
+struct Noted(PathBuf);
+
+impl Noted {
+    fn of(path: &Path) -> Self {
+        unfinished::note(path, Removal::Whole);
+        Self(path.to_owned())
+    }
+}
+
+impl Drop for Noted {
+    fn drop(&mut self) {
+        unfinished::forget(&self.0);
+    }
 }
 
 /// A builder of temporary files that end up as readable as any other file (the crate's default is owner only).

@@ -24,11 +24,16 @@ pub fn decode_ahead<P: Send, E>(
         let (send, receive) = sync_channel(FRAMES_AHEAD);
         let (waiting, size) = (&waiting, &size);
         scope.spawn(move || {
-            loop {
+            // Room is made before a frame is decoded, as much as the one before it took.
+            let mut expected = 0;
+            while waiting.enter(expected) {
                 let began = Instant::now();
                 let Some(frame) = next() else { break };
                 let took = began.elapsed();
-                if !waiting.enter(size(&frame)) || send.send((frame, took)).is_err() {
+                let bytes = size(&frame);
+                waiting.correct(expected, bytes);
+                expected = bytes;
+                if send.send((frame, took)).is_err() {
                     break;
                 }
             }
@@ -72,6 +77,12 @@ impl Waiting {
         !state.closed
     }
 
+    /// A frame took other room than was made for it.
+    fn correct(&self, expected: usize, bytes: usize) {
+        let mut state = self.state();
+        state.bytes = state.bytes - expected + bytes;
+    }
+
     fn leave(&self, bytes: usize) {
         self.state().bytes -= bytes;
         self.changed.notify_one();
@@ -102,8 +113,8 @@ mod tests {
             || numbers.next().inspect(|_| _ = decoded.fetch_add(1, Ordering::SeqCst)).map(frame),
             |_| BYTES_AHEAD,
             |frame, _| {
-                // This one was taken out, one waits, and one was decoded and finds no room.
-                assert!(decoded.load(Ordering::SeqCst) <= taken.len() + 3);
+                // This one was taken out, and one more was decoded.
+                assert!(decoded.load(Ordering::SeqCst) <= taken.len() + 2);
                 taken.push(frame.picture.unwrap());
                 Ok(())
             },

@@ -137,9 +137,7 @@ fn times_of(
     }
     let note = not_later.first().map(|first| {
         let (count, file) = (not_later.len(), timestamps::FILE_NAME);
-        format!(
-            "{file}: {count} frames are not later than the one before, first {first}; their times are used as they are"
-        )
+        format!("{file}: frames that are not later than the one before: {count}, first {first}; used as they are")
     });
     Ok((times, note.into_iter().collect()))
 }
