@@ -161,8 +161,14 @@ fn a_bead_keeps_the_grooves_truth_and_its_toes_are_where_it_leaves_the_flanks() 
 fn a_mark_passes_with_the_plates_and_what_is_fixed_to_the_picture_stays() {
     let mut plate = bare("flat");
     plate.plates.travel_px_per_frame = 2.0;
-    plate.plates.marks =
-        vec![Marks { per_100_frames: 1.0, width_px: 40.0, length_px: 60.0, reflectance: 0.1, near_seam_px: Some(100.0), ..Marks::default() }];
+    plate.plates.marks = vec![Marks {
+        per_100_frames: 1.0,
+        width_px: 40.0,
+        length_px: 60.0,
+        reflectance: 0.1,
+        near_seam_px: Some(100.0),
+        ..Marks::default()
+    }];
     plate.view.line_gaps = vec![LineGap { along: Some(0.1), transmission: 0.1, ..LineGap::default() }];
     let scene = scene(&plate);
     let dark = |frame: &GrayFrame, u: usize| light(frame, u) < 0.5 * light(frame, 590);

@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::synth::families::families;
 use seamtrack::synth::pool::PoolScenario;
 use seamtrack::synth::recording::{write_pool_recording, write_recording};
 use seamtrack::synth::{Scenario, builtin};
@@ -96,6 +97,14 @@ fn list() -> Result<ExitCode> {
         let scenario = builtin::scenario(&name)?;
         let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
         println!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)", scenario.description);
+    }
+    for family in families()? {
+        println!(
+            "{:27} {} ({}; mild, medium, severe)",
+            family.name.to_owned() + "-JOINT-LEVEL",
+            family.description,
+            family.joints.join(", ")
+        );
     }
     for name in builtin::pool_names() {
         println!("{name:22} {}", builtin::pool_scenario(&name)?.description);

@@ -56,7 +56,7 @@ impl Beads<'_> {
         let steps = (reach / TOE_STEP_PX) as i64;
         let mut covered = (-steps..=steps).map(|i| i as f64 * TOE_STEP_PX).filter(|&t| above(t));
         let left = covered.next()?;
-        Some([left, covered.last().unwrap_or(left)])
+        Some([left, covered.next_back().unwrap_or(left)])
     }
 }
 
