@@ -170,7 +170,9 @@ fn vary_joint(joint: &mut Joint, mirrored: bool, factor: &mut impl FnMut() -> f6
             j.upper_on_right ^= mirrored;
         }
         Joint::Vgroove(j) => {
-            j.half_width_px *= factor();
+            let width = factor();
+            j.half_width_px *= width;
+            j.right_half_width_px = j.right_half_width_px.map(|px| px * width);
             j.depth_px *= factor();
             ramp(&mut j.root_gap_px, factor());
             ramp(&mut j.hi_lo_px, factor());

@@ -16,7 +16,7 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 39] = families![
+const FAMILIES: [(&str, &str); 40] = families![
     "marks-dark",
     "marks-bright",
     "slag",
@@ -35,6 +35,7 @@ const FAMILIES: [(&str, &str); 39] = families![
     "bead-fill",
     "bead-side",
     "bead-cap",
+    "bevel",
     "tack",
     "change-gap",
     "change-bevel",
