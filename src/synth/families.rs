@@ -16,7 +16,8 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 40] = families![
+const FAMILIES: [(&str, &str); 41] = families![
+    "plain",
     "marks-dark",
     "marks-bright",
     "slag",
