@@ -55,7 +55,9 @@ struct Sums {
     max_mm: f64,
     wrong: usize,
     invented: usize,
+    /// Frames with a seam and without a value: after the first value, and before it.
     unavailable: usize,
+    sought: usize,
     claims: usize,
     within: usize,
     /// Sum of squared errors over their stated variance.
@@ -97,7 +99,8 @@ impl Sums {
                     }
                 }
                 (Some(_), None) => sums.invented += 1,
-                (None, Some(_)) => sums.unavailable += usize::from(begun),
+                (None, Some(_)) if begun => sums.unavailable += 1,
+                (None, Some(_)) => sums.sought += 1,
                 (None, None) => {}
             }
         }
@@ -111,6 +114,7 @@ impl Sums {
         self.wrong += other.wrong;
         self.invented += other.invented;
         self.unavailable += other.unavailable;
+        self.sought += other.sought;
         self.claims += other.claims;
         self.within += other.within;
         self.nees += other.nees;
@@ -144,7 +148,8 @@ impl Outcome {
         let unavailable = if self.seam_frames == 0 {
             "–".to_owned()
         } else {
-            format!("{} ({:.1} %)", c.unavailable, 100.0 * c.unavailable as f64 / self.seam_frames as f64)
+            let percent = 100.0 * c.unavailable as f64 / self.seam_frames as f64;
+            format!("{} ({percent:.1} %); {}", c.unavailable, c.sought)
         };
         let found = if self.with_seam > 0 {
             format!("{} of {}", self.found, self.with_seam)
@@ -189,7 +194,7 @@ fn main() -> Result<()> {
         .collect::<Result<Vec<_>>>()?;
     eprintln!();
     println!(
-        "| plates | found | causal: mean / max mm | smoothed: mean / max mm | wrong causal; smoothed | invented causal; smoothed | unavailable | in 2σ causal; smoothed | NEES causal; smoothed |"
+        "| plates | found | causal: mean / max mm | smoothed: mean / max mm | wrong causal; smoothed | invented causal; smoothed | unavailable; before the first value | in 2σ causal; smoothed | NEES causal; smoothed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut rows: Vec<(String, Outcome)> = Vec::new();
