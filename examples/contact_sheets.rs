@@ -80,8 +80,11 @@ fn main() -> Result<()> {
 
 /// One picture of each scene, under the arc.
 fn write_gallery(file: &Path, scenes: &[&str]) -> Result<()> {
-    let cells =
-        scenes.iter().map(|name| Ok(pictures(name, 1, Some(CELL_PX))?.swap_remove(1))).collect::<Result<Vec<_>>>()?;
+    let cells = scenes
+        .iter()
+        .zip(1..)
+        .map(|(name, seed)| Ok(pictures(name, seed, Some(CELL_PX))?.swap_remove(2)))
+        .collect::<Result<Vec<_>>>()?;
     let rows: Vec<Vec<GrayImage>> = cells.chunks(COLUMNS).map(<[GrayImage]>::to_vec).collect();
     write_coarse(file, tiled(&rows))
 }

@@ -2,11 +2,12 @@
 //! `make plates`.
 //!
 //! `cargo run --release --example plates -- [--seeds 201-205] [--by level] [--csv FILE] [NAME]...`; a NAME is a part of
-//! scenes' names, as `marks`, `-flat-` or `pipe-butt-severe`.
+//! scenes' names, as `marks`, `-flat-` or `pipe-butt-severe`; `--level severe` leaves the other levels out.
 
 use std::fmt::Write as _;
 use std::ops::RangeInclusive;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use anyhow::{Context, Result};
 use clap::{Parser, ValueEnum};
@@ -25,6 +26,9 @@ struct Arguments {
     /// 5 for 1 to 5, or 11-15
     #[arg(long, default_value = "201-205", value_parser = parse_seeds)]
     seeds: RangeInclusive<u64>,
+    /// Only this level
+    #[arg(long)]
+    level: Option<String>,
     /// What makes a row
     #[arg(long, value_enum, default_value = "joint")]
     by: By,
@@ -51,7 +55,9 @@ struct Sums {
     max_mm: f64,
     wrong: usize,
     invented: usize,
+    /// Frames with a seam and without a value: after the first value, and before it.
     unavailable: usize,
+    sought: usize,
     claims: usize,
     within: usize,
     /// Sum of squared errors over their stated variance.
@@ -93,7 +99,8 @@ impl Sums {
                     }
                 }
                 (Some(_), None) => sums.invented += 1,
-                (None, Some(_)) => sums.unavailable += usize::from(begun),
+                (None, Some(_)) if begun => sums.unavailable += 1,
+                (None, Some(_)) => sums.sought += 1,
                 (None, None) => {}
             }
         }
@@ -107,6 +114,7 @@ impl Sums {
         self.wrong += other.wrong;
         self.invented += other.invented;
         self.unavailable += other.unavailable;
+        self.sought += other.sought;
         self.claims += other.claims;
         self.within += other.within;
         self.nees += other.nees;
@@ -140,7 +148,8 @@ impl Outcome {
         let unavailable = if self.seam_frames == 0 {
             "–".to_owned()
         } else {
-            format!("{} ({:.1} %)", c.unavailable, 100.0 * c.unavailable as f64 / self.seam_frames as f64)
+            let percent = 100.0 * c.unavailable as f64 / self.seam_frames as f64;
+            format!("{} ({percent:.1} %); {}", c.unavailable, c.sought)
         };
         let found = if self.with_seam > 0 {
             format!("{} of {}", self.found, self.with_seam)
@@ -166,16 +175,26 @@ impl Outcome {
 fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let wanted = |scene: &PlateScene| {
-        arguments.names.is_empty() || arguments.names.iter().any(|name| scene.name().contains(name.as_str()))
+        let named =
+            arguments.names.is_empty() || arguments.names.iter().any(|name| scene.name().contains(name.as_str()));
+        named && arguments.level.as_ref().is_none_or(|level| level == scene.level)
     };
     let scenes: Vec<PlateScene> = plate_scenes()?.into_iter().filter(wanted).collect();
     let seeds: Vec<u64> = arguments.seeds.clone().collect();
     let cases: Vec<(PlateScene, u64)> =
         scenes.iter().flat_map(|&scene| seeds.iter().map(move |&seed| (scene, seed))).collect();
-    let outcomes: Vec<Outcome> =
-        cases.par_iter().map(|(scene, seed)| outcome(scene, *seed)).collect::<Result<Vec<_>>>()?;
+    let done = AtomicUsize::new(0);
+    let outcomes: Vec<Outcome> = cases
+        .par_iter()
+        .map(|(scene, seed)| {
+            let outcome = outcome(scene, *seed)?;
+            eprint!("\r{} of {} recordings", done.fetch_add(1, Ordering::Relaxed) + 1, cases.len());
+            Ok(outcome)
+        })
+        .collect::<Result<Vec<_>>>()?;
+    eprintln!();
     println!(
-        "| plates | found | causal: mean / max mm | smoothed: mean / max mm | wrong causal; smoothed | invented causal; smoothed | unavailable | in 2σ causal; smoothed | NEES causal; smoothed |"
+        "| plates | found | causal: mean / max mm | smoothed: mean / max mm | wrong causal; smoothed | invented causal; smoothed | unavailable; before the first value | in 2σ causal; smoothed | NEES causal; smoothed |"
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut rows: Vec<(String, Outcome)> = Vec::new();

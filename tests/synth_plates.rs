@@ -2,8 +2,10 @@
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
 use rayon::prelude::*;
+use seamtrack::eval::read_truth;
 use seamtrack::frame::GrayFrame;
 use seamtrack::synth::families::plate_scenes;
+use seamtrack::synth::recording::write_recording;
 use seamtrack::synth::scenario::Joint;
 use seamtrack::synth::scenario::{
     Bead, DeadPixels, Edges, Finish, LineGap, MarkForm, Marks, OtherStripe, Plates, Rivals, SecondSeam, Sensor,
@@ -260,4 +262,22 @@ fn sections_that_do_not_fit_the_joint_are_refused_by_name() {
     let mut scenario = bare("flat");
     scenario.plates.shape.radius_px = Some(50.0);
     assert!(scenario.check().unwrap_err().to_string().contains("radii"));
+}
+
+#[test]
+fn the_written_truth_has_columns_for_toes_and_a_second_seam_only_where_there_are_any() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, columns) in [
+        ("A-butt", "frame,u_px,v_px,x_mm,occluded,gap_px"),
+        ("bead-cap-vgroove-mild", "frame,u_px,v_px,x_mm,occluded,gap_px,bead_left_px,bead_right_px"),
+        ("two-seams-lap-mild", "frame,u_px,v_px,x_mm,occluded,gap_px,second_px"),
+    ] {
+        let scenario = Scenario { frames: 3, ..builtin::scenario(name).unwrap() };
+        let target = folder.path().join(name);
+        write_recording(&scenario, &target, false, || {}).unwrap();
+        let text = std::fs::read_to_string(target.join("truth.csv")).unwrap();
+        assert_eq!(text.lines().next().unwrap(), columns);
+        assert!(text.lines().all(|line| line.split(',').count() == columns.split(',').count()), "{text}");
+        assert_eq!(read_truth(&target.join("truth.csv")).unwrap().len(), 3);
+    }
 }

@@ -8,6 +8,7 @@ use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use seamtrack::output::{Existing, Reads};
+use seamtrack::synth::families::families;
 use seamtrack::synth::pool::PoolScenario;
 use seamtrack::synth::recording::{write_pool_recording, write_recording};
 use seamtrack::synth::{Scenario, builtin};
@@ -110,6 +111,14 @@ fn list() -> Result<ExitCode> {
         let scenario = builtin::scenario(&name)?;
         let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
         text += &format!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)\n", scenario.description);
+    }
+    for family in families()? {
+        text += &format!(
+            "{:27} {} ({}; mild, medium, severe)\n",
+            family.name.to_owned() + "-JOINT-LEVEL",
+            family.description,
+            family.joints.join(", ")
+        );
     }
     for name in builtin::pool_names() {
         text += &format!("{name:22} {}\n", builtin::pool_scenario(&name)?.description);

@@ -47,16 +47,17 @@ impl Beads<'_> {
 
     /// The outermost toes, from the groove's line \[px\]: where the beads' surface leaves the nominal groove or the plates.
     pub(super) fn toes_px(&self, groove: &Vgroove, fraction: f64) -> Option<[f64; 2]> {
+        let [left, right] = groove.half_widths_px();
         let reach = self
             .beads
             .iter()
             .map(|bead| bead.beside_px.abs() + 2.0 * bead.half_width_px + 10.0)
-            .fold(groove.half_width_px, f64::max);
+            .fold(left.max(right), f64::max);
         let above = |t: f64| self.at(t).is_some_and(|(row, _)| row < groove_row_px(groove, fraction, t));
         let steps = (reach / TOE_STEP_PX) as i64;
         let mut covered = (-steps..=steps).map(|i| i as f64 * TOE_STEP_PX).filter(|&t| above(t));
         let left = covered.next()?;
-        Some([left, covered.last().unwrap_or(left)])
+        Some([left, covered.next_back().unwrap_or(left)])
     }
 }
 
@@ -64,5 +65,6 @@ impl Beads<'_> {
 fn groove_row_px(groove: &Vgroove, fraction: f64, t: f64) -> f64 {
     let half_hi_lo = 0.5 * groove.hi_lo_px.at(fraction);
     let plate = if t < 0.0 { half_hi_lo } else { -half_hi_lo };
-    plate + (groove.depth_px - plate) * (1.0 - t.abs() / groove.half_width_px).max(0.0)
+    let half_width_px = groove.half_widths_px()[usize::from(t >= 0.0)];
+    plate + (groove.depth_px - plate) * (1.0 - t.abs() / half_width_px).max(0.0)
 }

@@ -38,10 +38,39 @@ impl Canvas {
         }
     }
 
+    /// Applies `change(column, row, value)` to the pixels within `reach_px` of a point.
+    pub(super) fn change_around(
+        &mut self,
+        column: f64,
+        row: f64,
+        reach_px: f64,
+        change: impl Fn(usize, usize, &mut f32),
+    ) {
+        let span = |middle: f64, size: usize| {
+            (middle - reach_px).clamp(0.0, size as f64) as usize
+                ..(middle + reach_px + 1.0).clamp(0.0, size as f64) as usize
+        };
+        let columns = span(column, self.width_px);
+        for row in span(row, self.height_px) {
+            let line = &mut self.light[row * self.width_px..(row + 1) * self.width_px];
+            for (value, column) in line[columns.clone()].iter_mut().zip(columns.clone()) {
+                change(column, row, value);
+            }
+        }
+    }
+
     /// Adds light to one pixel; outside the canvas nothing happens.
     pub(super) fn add(&mut self, column: i64, row: i64, grey: f32) {
         if (0..self.width_px as i64).contains(&column) && (0..self.height_px as i64).contains(&row) {
             self.light[row as usize * self.width_px + column as usize] += grey;
+        }
+    }
+
+    /// Moves one pixel towards a grey value by a share; outside the canvas nothing happens.
+    pub(super) fn mix(&mut self, column: usize, row: usize, grey: f32, share: f32) {
+        if column < self.width_px && row < self.height_px {
+            let light = &mut self.light[row * self.width_px + column];
+            *light += share * (grey - *light);
         }
     }
 

@@ -24,6 +24,10 @@ pub(super) struct Drawn {
 /// plates differ by a third.
 const PLATE_GAIN_VARIATION: f64 = 1.2;
 
+/// How much a bead differs from seed to seed in its groove, relative to everything else (chosen: a welder fills the
+/// groove that is there).
+const BEAD_VARIATION: f64 = 0.4;
+
 /// Draws the numbers of a seed.
 pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
     let mut rng = generator(seed, 0, Component::Variation);
@@ -104,24 +108,27 @@ pub(super) fn drawn(scenario: &Scenario, seed: u64) -> Drawn {
             _ => other_end,
         };
     }
-    vary_plates(&mut s, &mut factor);
+    // Of a V-groove these are its width's and its depth's: its beads fit it.
+    let groove = [used.first(), used.get(1)].map(|factor| factor.copied().unwrap_or(1.0));
+    vary_plates(&mut s, groove, &mut factor);
     plate_gains[0] *= s.plates.finish.left_brightness;
     plate_gains[1] *= s.plates.finish.right_brightness;
     Drawn { scenario: s, disturbances: d, along_offset, across_offset, plate_gains }
 }
 
 /// What was added to the scenario later is drawn last, so that older scenes keep their numbers.
-fn vary_plates(s: &mut Scenario, factor: &mut impl FnMut() -> f64) {
+fn vary_plates(s: &mut Scenario, [width, depth]: [f64; 2], factor: &mut impl FnMut() -> f64) {
     for marks in &mut s.plates.marks {
         marks.reflectance *= factor();
         marks.relief_px *= factor();
         marks.beside_px *= factor();
     }
     for bead in &mut s.plates.beads {
-        bead.beside_px *= factor();
-        bead.top_px *= factor();
-        bead.half_width_px *= factor();
-        bead.crown_px *= factor();
+        let mut own = || 1.0 + BEAD_VARIATION * (factor() - 1.0);
+        bead.beside_px *= width * own();
+        bead.half_width_px *= width * own();
+        bead.top_px *= depth * own();
+        bead.crown_px *= depth * own();
         bead.brightness *= factor();
     }
     for reflection in &mut s.rivals.reflections {
@@ -170,7 +177,9 @@ fn vary_joint(joint: &mut Joint, mirrored: bool, factor: &mut impl FnMut() -> f6
             j.upper_on_right ^= mirrored;
         }
         Joint::Vgroove(j) => {
-            j.half_width_px *= factor();
+            let width = factor();
+            j.half_width_px *= width;
+            j.right_half_width_px = j.right_half_width_px.map(|px| px * width);
             j.depth_px *= factor();
             ramp(&mut j.root_gap_px, factor());
             ramp(&mut j.hi_lo_px, factor());

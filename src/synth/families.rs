@@ -16,7 +16,8 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 39] = families![
+const FAMILIES: [(&str, &str); 41] = families![
+    "plain",
     "marks-dark",
     "marks-bright",
     "slag",
@@ -35,6 +36,7 @@ const FAMILIES: [(&str, &str); 39] = families![
     "bead-fill",
     "bead-side",
     "bead-cap",
+    "bevel",
     "tack",
     "change-gap",
     "change-bevel",
@@ -78,17 +80,24 @@ pub struct PlateScene {
 }
 
 /// What a family's file says.
-#[derive(Debug, Deserialize)]
-struct Family {
-    description: String,
-    joints: Vec<String>,
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+pub struct Family {
+    /// Its name.
+    #[serde(skip)]
+    pub name: &'static str,
+    /// One line that says what is laid over the plain scenes.
+    pub description: String,
+    /// The joints it is drawn on.
+    pub joints: Vec<String>,
     #[serde(flatten)]
     overlays: Table,
 }
 
 impl Family {
-    fn read(name: &str, text: &str) -> Result<Self, ScenarioError> {
-        toml::from_str(text).map_err(|error| ScenarioError::Parse { file: name.to_owned(), message: error.to_string() })
+    fn read(name: &'static str, text: &str) -> Result<Self, ScenarioError> {
+        toml::from_str(text)
+            .map(|family| Self { name, ..family })
+            .map_err(|error| ScenarioError::Parse { file: name.to_owned(), message: error.to_string() })
     }
 }
 
@@ -105,9 +114,9 @@ impl PlateScene {
     /// When a file of the program is damaged.
     pub fn scenario(&self) -> Result<Scenario, ScenarioError> {
         let unknown = || ScenarioError::Unknown(self.name());
-        let text = FAMILIES.iter().find(|(name, _)| *name == self.family).ok_or_else(unknown)?.1;
+        let (name, text) = FAMILIES.iter().find(|(name, _)| *name == self.family).ok_or_else(unknown)?;
+        let family = Family::read(name, text)?;
         let origin = ORIGINS.iter().find(|(joint, _)| *joint == self.joint).ok_or_else(unknown)?.1;
-        let family = Family::read(self.family, text)?;
         let damaged = |message: String| ScenarioError::Parse { file: self.name(), message };
         let plain = builtin::scenario(origin)?;
         let mut table = Table::try_from(&plain).map_err(|error| damaged(error.to_string()))?;
@@ -126,16 +135,23 @@ impl PlateScene {
     }
 }
 
+/// All families, in the order of the tables.
+///
+/// # Errors
+/// When a file of the program is damaged.
+pub fn families() -> Result<Vec<Family>, ScenarioError> {
+    FAMILIES.iter().map(|(name, text)| Family::read(name, text)).collect()
+}
+
 /// All scenes, family by family.
 ///
 /// # Errors
 /// When a file of the program is damaged.
 pub fn plate_scenes() -> Result<Vec<PlateScene>, ScenarioError> {
     let mut scenes = Vec::new();
-    for (family, text) in FAMILIES {
-        let joints = Family::read(family, text)?.joints;
-        for (joint, _) in ORIGINS.iter().filter(|(joint, _)| joints.iter().any(|named| named == joint)) {
-            scenes.extend(LEVELS.map(|level| PlateScene { family, joint, level }));
+    for family in families()? {
+        for (joint, _) in ORIGINS.iter().filter(|(joint, _)| family.joints.iter().any(|named| named == joint)) {
+            scenes.extend(LEVELS.map(|level| PlateScene { family: family.name, joint, level }));
         }
     }
     Ok(scenes)

@@ -11,6 +11,8 @@ use crate::units::StripeAxis;
 
 /// Period of a swinging cable \[frames\].
 const SWING_FRAMES: f64 = 40.0;
+/// Distance in radii beyond which a spot of dirt is nothing: e⁻⁸.
+const SPOT_REACH: f64 = 2.0;
 /// Blur of a cable's edges \[px\] (chosen: it hangs out of focus).
 const CABLE_BLUR_PX: f64 = 2.0;
 
@@ -26,6 +28,22 @@ pub(super) struct Obstacles {
     dead_px: Vec<f64>,
     line_gaps_px: Vec<f64>,
     shadows_px: Vec<f64>,
+}
+
+/// The middle line of a cable in one frame.
+#[derive(Debug, Clone, Copy)]
+struct CableAxis {
+    /// Where it crosses `row_px` \[px\].
+    crossing_px: f64,
+    row_px: f64,
+    tangent: f64,
+    cos: f64,
+}
+
+impl CableAxis {
+    fn column_at(&self, row_px: f64) -> f64 {
+        self.crossing_px + self.tangent * (row_px - self.row_px)
+    }
 }
 
 impl Obstacles {
@@ -74,44 +92,49 @@ impl Obstacles {
 
     /// Whether a cable hides the place `along_px`, `across_px`.
     pub(super) fn hide(&self, along_px: f64, across_px: f64, tick: f64) -> bool {
-        self.view.cables.iter().any(|cable| self.from_cable(cable, along_px, across_px, tick) < 0.5 * cable.width_px)
+        self.view.cables.iter().any(|cable| {
+            let axis = self.axis_of(cable, tick);
+            (along_px - axis.column_at(across_px)).abs() * axis.cos < 0.5 * cable.width_px
+        })
     }
 
     /// Hangs the cables before the plates.
     pub(super) fn hang(&self, tick: f64, canvas: &mut Canvas) {
         for cable in &self.view.cables {
-            canvas.change(|x, y, light| {
-                let inside = 0.5 * cable.width_px - self.from_cable(cable, x as f64, y as f64, tick);
-                if inside > -4.0 * CABLE_BLUR_PX {
+            let axis = self.axis_of(cable, tick);
+            for row in 0..canvas.height_px() {
+                let y = row as f64;
+                let reach_px = (0.5 * cable.width_px + 4.0 * CABLE_BLUR_PX) / axis.cos;
+                let middle = axis.column_at(y);
+                let columns = (middle - reach_px).max(0.0) as usize..=(middle + reach_px).max(0.0) as usize;
+                for column in columns {
+                    let inside = 0.5 * cable.width_px - (column as f64 - middle).abs() * axis.cos;
                     let share = (1.0 / (1.0 + (-1.702 * inside / CABLE_BLUR_PX).exp())) as f32;
-                    *light += share * (cable.grey as f32 - *light);
+                    canvas.mix(column, row, cable.grey as f32, share);
                 }
-            });
+            }
         }
     }
 
-    /// Distance from a cable's middle line \[px\].
-    fn from_cable(&self, cable: &Cable, x: f64, y: f64, tick: f64) -> f64 {
+    fn axis_of(&self, cable: &Cable, tick: f64) -> CableAxis {
         let (sin, cos) = cable.angle_deg.to_radians().sin_cos();
         let swing = cable.swing_px * (std::f64::consts::TAU * tick / SWING_FRAMES).sin();
-        let middle = cable.along * self.along_px + cable.px_per_frame * tick + swing;
-        ((x - middle) * cos - (y - self.row_px) * sin).abs()
+        let crossing_px = cable.along * self.along_px + cable.px_per_frame * tick + swing;
+        CableAxis { crossing_px, row_px: self.row_px, tangent: sin / cos, cos }
     }
 
     /// The glass before the picture: spots dim what is behind and glow by `glare_grey`.
     pub(super) fn soil(&self, glare_grey: f64, canvas: &mut Canvas) {
         let Some(dirt) = &self.view.dirt else { return };
-        canvas.change(|x, y, light| {
-            for [along, across, radius] in &self.spots {
+        for &[along, across, radius] in &self.spots {
+            canvas.change_around(along, across, SPOT_REACH * radius, |x, y, light| {
                 let r = (x as f64 - along).hypot(y as f64 - across) / radius;
                 // Far out of focus: a smooth spot.
                 let share = (-(r * r * r)).exp();
-                if share > 1e-3 {
-                    let passed = 1.0 - (1.0 - dirt.transmission) * share;
-                    *light = *light * passed as f32 + (dirt.glow * glare_grey * share) as f32;
-                }
-            }
-        });
+                let passed = 1.0 - (1.0 - dirt.transmission) * share;
+                *light = *light * passed as f32 + (dirt.glow * glare_grey * share) as f32;
+            });
+        }
     }
 
     /// Overwrites the dead pixels of a picture that has been read out.

@@ -57,6 +57,7 @@ fn between<'a>(first: &'a Joint, second: &'a Joint, share: f64, fraction: f64) -
         }),
         (Joint::Vgroove(a), Joint::Vgroove(b)) => Joint::Vgroove(Vgroove {
             half_width_px: mix(a.half_width_px, b.half_width_px),
+            right_half_width_px: Some(mix(a.half_widths_px()[1], b.half_widths_px()[1])),
             depth_px: mix(a.depth_px, b.depth_px),
             root_gap_px: ramp(a.root_gap_px, b.root_gap_px),
             hi_lo_px: ramp(a.hi_lo_px, b.hi_lo_px),
@@ -78,9 +79,12 @@ fn between<'a>(first: &'a Joint, second: &'a Joint, share: f64, fraction: f64) -
 /// A butt joint whose edges are bevelled to a share of a V-groove; its floor fades.
 fn bevelled<'a>(butt: &Butt, groove: &Vgroove, share: f64, fraction: f64) -> Prepared<'a> {
     let mix = |a: Ramp, b: Ramp| Ramp::Constant(a.at(fraction) + (b.at(fraction) - a.at(fraction)) * share);
+    let [left, right] = groove.half_widths_px();
+    let half_gap = 0.5 * butt.gap_px.at(fraction) * (1.0 - share);
+    let bevel = |half_width_px: f64| (share * half_width_px).max(LEAST_BEVEL_PX) + half_gap;
     let joint = Joint::Vgroove(Vgroove {
-        half_width_px: (share * groove.half_width_px).max(LEAST_BEVEL_PX)
-            + 0.5 * butt.gap_px.at(fraction) * (1.0 - share),
+        half_width_px: bevel(left),
+        right_half_width_px: Some(bevel(right)),
         depth_px: share * groove.depth_px,
         root_gap_px: mix(butt.gap_px, groove.root_gap_px),
         hi_lo_px: mix(butt.hi_lo_px, groove.hi_lo_px),

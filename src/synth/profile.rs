@@ -17,6 +17,8 @@ pub(super) struct Branch {
     pub(super) gain: Vec<f32>,
     /// Width relative to the stripe's.
     pub(super) width: Vec<f32>,
+    /// Whether it lies on the plates, and not below or beside them.
+    pub(super) on_plates: bool,
 }
 
 /// Blur of an edge along the stripe by the optics, standard deviation \[px\] (chosen: a lens with a good focus).
@@ -36,7 +38,8 @@ fn softplus(x: f64, round: f64) -> f64 {
 
 /// A line of light of `columns` columns: row, gain and width at each.
 pub(super) fn branch(columns: usize, at: impl Fn(f64) -> (f64, f64, f64)) -> Branch {
-    let mut branch = Branch { row_px: vec![0.0; columns], gain: vec![0.0; columns], width: vec![1.0; columns] };
+    let mut branch =
+        Branch { row_px: vec![0.0; columns], gain: vec![0.0; columns], width: vec![1.0; columns], on_plates: true };
     for x in 0..columns {
         let (row, gain, width) = at(x as f64);
         branch.row_px[x] = row as f32;
@@ -186,7 +189,9 @@ impl Frame<'_> {
 
     fn floor(&self, half_gap_px: f64, depth_px: f64, reflectance: f64) -> Branch {
         let (left, right) = (self.u - half_gap_px + self.ragged[0], self.u + half_gap_px + self.ragged[1]);
-        self.branch(|x| (self.base.at(x) + depth_px, reflectance * beyond(x - left) * beyond(right - x), 1.1))
+        let floor =
+            self.branch(|x| (self.base.at(x) + depth_px, reflectance * beyond(x - left) * beyond(right - x), 1.1));
+        Branch { on_plates: false, ..floor }
     }
 
     fn butt(&self, joint: &Butt) -> Vec<Branch> {
@@ -225,8 +230,9 @@ impl Frame<'_> {
         let side = |index: usize, root: f64, sign: f64, plate: f64| {
             self.branch(|x| {
                 let to_root = sign * (root - x);
-                let inward = joint.half_width_px - to_root;
-                let slope = (joint.depth_px - plate) / joint.half_width_px;
+                let half_width_px = joint.half_widths_px()[index];
+                let inward = half_width_px - to_root;
+                let slope = (joint.depth_px - plate) / half_width_px;
                 let flank = beyond(inward / 2.0);
                 let gain =
                     self.gains[index] * (1.0 + (joint.flank_reflectance - 1.0) * flank) * beyond(to_root - half_root);

@@ -123,6 +123,7 @@ mod tests {
             row_px: (0..100).map(|x| 40.0 + 0.137 * x as f32).collect(),
             gain: vec![1.0; 100],
             width: vec![1.0; 100],
+            on_plates: true,
         };
         let mut canvas = Canvas::filled(100, 100, 0.0);
         light.paint(std::slice::from_ref(&branch), &mut canvas);

@@ -106,7 +106,7 @@ impl Surface {
         Self { finish, scatters, placed, travel_px, seed }
     }
 
-    /// Applies brightness and height to a branch of the stripe.
+    /// Applies brightness and height to the branches that lie on the plates.
     pub(super) fn mark(&self, branches: &mut [Branch], on: OnPlates) {
         let y_px = on.tick * self.travel_px;
         let near: Vec<&Mark> = self
@@ -117,13 +117,15 @@ impl Surface {
             })
             .collect();
         let bars = self.scatters.iter().any(|scatter| scatter.form == MarkForm::Bar);
-        if near.is_empty() && !bars && self.finish.scale <= 0.0 && self.finish.grinding <= 0.0 {
+        let f = &self.finish;
+        let finished = f.scale > 0.0 || f.grinding > 0.0 || f.grinding_relief_px > 0.0;
+        if near.is_empty() && !bars && !finished {
             return;
         }
         let columns = branches.first().map_or(0, |branch| branch.gain.len());
         for x in 0..columns {
             let spot = self.at(x as f64, y_px, on, &near);
-            for branch in branches.iter_mut() {
+            for branch in branches.iter_mut().filter(|branch| branch.on_plates) {
                 branch.row_px[x] -= spot.height_px as f32;
                 // A glint is light of the same stripe: where there is none, nothing shines.
                 let lit = f64::from(branch.gain[x]);

@@ -81,6 +81,9 @@ impl Default for Lap {
 pub struct Vgroove {
     /// From the root to each shoulder \[px\], 4 to 1000. Default 36: scene D of the method's description.
     pub half_width_px: f64,
+    /// The same on the right \[px\], 0.5 to 1000, where it differs: a single bevel has one nearly upright flank. Default: as on the left.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub right_half_width_px: Option<f64>,
     /// From the plates to the root \[px\], 1 to 1000. Default 34: scene D.
     pub depth_px: f64,
     /// Opening at the root \[px\], 0 to 200. Default 3: scene D.
@@ -92,10 +95,18 @@ pub struct Vgroove {
     pub flank_reflectance: f64,
 }
 
+impl Vgroove {
+    /// From the root to the left and the right shoulder \[px\].
+    pub(in crate::synth) fn half_widths_px(&self) -> [f64; 2] {
+        [self.half_width_px, self.right_half_width_px.unwrap_or(self.half_width_px)]
+    }
+}
+
 impl Default for Vgroove {
     fn default() -> Self {
         Self {
             half_width_px: 36.0,
+            right_half_width_px: None,
             depth_px: 34.0,
             root_gap_px: Ramp::Constant(3.0),
             hi_lo_px: Ramp::Constant(0.0),
@@ -255,11 +266,12 @@ impl Joint {
                 && within(j.glint, 0.0, 3.0)))
             .then_some("step_px lies in ±1000, shadow_px in 0..100, glint in 0..3"),
             Self::Vgroove(j) => (!(within(j.half_width_px, 4.0, 1000.0)
+                && j.right_half_width_px.is_none_or(|px| within(px, 0.5, 1000.0))
                 && within(j.depth_px, 1.0, 1000.0)
                 && j.root_gap_px.within(0.0..=200.0)
                 && j.hi_lo_px.within(-100.0..=100.0)
                 && within(j.flank_reflectance, 0.0, 3.0)))
-            .then_some("half_width_px lies in 4..1000, depth_px in 1..1000, root_gap_px in 0..200, hi_lo_px in ±100, flank_reflectance in 0..3"),
+            .then_some("half_width_px lies in 4..1000, right_half_width_px in 0.5..1000, depth_px in 1..1000, root_gap_px in 0..200, hi_lo_px in ±100, flank_reflectance in 0..3"),
             Self::Fillet(j) => (!(within(j.left_slope, -3.0, 3.0)
                 && within(j.right_slope, -3.0, 3.0)
                 && (j.left_slope - j.right_slope).abs() >= 0.05
