@@ -147,6 +147,10 @@ fn scenario(seed: u64, kind: &str, severity: Severity, axis: StripeAxis, rng: &m
         covers: Some(Covers { half_width_px: size * level.covers.half_width_px, ..level.covers }),
         false_stripe: None,
         tacks: vec![],
+        plates: Default::default(),
+        change: Default::default(),
+        rivals: Default::default(),
+        view: Default::default(),
     }
 }
 

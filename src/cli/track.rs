@@ -19,6 +19,7 @@ use seamtrack::report::summary::write_summary;
 use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
+use seamtrack::report::verdict::{Trust, verdict};
 use seamtrack::run::{RunOutcome, error_table};
 use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
@@ -285,8 +286,7 @@ impl Track {
             text += &terminal_summary(&run, Colour::for_stdout());
             text += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        let unavailable = 100.0 * outcome.unavailable_frames() as f64;
-        Ok(Done { available: unavailable <= self.max_unavailable * outcome.rows.len() as f64, text })
+        Ok(Done { available: verdict(&run).trust != Trust::Bad, text })
     }
 
     /// The user's time between frames, else the recording's own or the configuration's default.

@@ -108,12 +108,16 @@ impl StripeRectifier {
     pub fn rectify(&mut self, frame: &GrayFrame) -> Option<&Band> {
         let line = self.finder.find(frame)?;
         let width_px = frame.width_px();
-        let mut band = self.band.take().filter(|band| band.width_px == width_px).unwrap_or_else(|| Band {
-            line,
-            inside: 0..width_px,
-            width_px,
-            grey: vec![0.0; BAND_ROWS * width_px],
-            hot: vec![false; width_px],
+        let mut band = self.band.take().filter(|band| band.width_px == width_px).unwrap_or_else(|| {
+            // Ends of another picture say nothing of this one.
+            self.ends.clear();
+            Band {
+                line,
+                inside: 0..width_px,
+                width_px,
+                grey: vec![0.0; BAND_ROWS * width_px],
+                hot: vec![false; width_px],
+            }
         });
         band.line = line;
         sample(frame, &mut band);
@@ -258,6 +262,20 @@ mod tests {
         }
         let inside = rectifier.rectify(&stripe(120..350)).unwrap().inside.clone();
         assert!(inside.start.abs_diff(56) <= 4 && inside.end.abs_diff(344) <= 4, "{inside:?}");
+    }
+
+    #[test]
+    fn a_narrower_frame_forgets_the_ends_of_the_wider_ones() {
+        let mut rectifier = StripeRectifier::default();
+        for _ in 0..30 {
+            rectifier.rectify(&stripe(50..390));
+        }
+        let mut narrow = GrayFrame::filled(150, 200, 20).unwrap();
+        for v in 98..104 {
+            narrow.pixels_mut()[v * 150 + 10..v * 150 + 140].fill(200);
+        }
+        let inside = rectifier.rectify(&narrow).unwrap().inside.clone();
+        assert!(inside.end <= 150 && inside.start < inside.end, "{inside:?}");
     }
 
     #[test]

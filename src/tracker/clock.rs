@@ -11,6 +11,9 @@ const REMEMBERED_STEPS: usize = 31;
 const FIRST_BEAT_S: f64 = 0.2;
 /// A step this near to whole beats is whole beats: jitter of the stamps is not motion. Chosen.
 const JITTER_BEATS: f64 = 0.1;
+/// A stamp further ahead than this is out of place until the next one goes on from it \[beats\]. Chosen: dropped frames come
+/// by the dozen, not by the hundred.
+const LEAP_BEATS: f64 = 100.0;
 /// Shortest and longest step \[beats\]. Chosen: no seam stands still for no time, and beyond the last all is forgotten.
 const STEP_BEATS: std::ops::RangeInclusive<f64> = 0.05..=1e4;
 
@@ -31,8 +34,8 @@ pub struct Tick {
 pub struct Clock {
     /// The last good stamp, and where the clock stands \[s\]: they differ after a bad stamp.
     last: Option<(f64, f64)>,
-    /// A stamp that was too early: if the next one goes on from it, the clock was set back.
-    early_s: Option<f64>,
+    /// A stamp that was out of place: if the next one goes on from it, the camera paused or its clock was set.
+    stray_s: Option<f64>,
     steps_s: VecDeque<f64>,
 }
 
@@ -43,18 +46,24 @@ impl Clock {
             self.last = stamp_s.is_finite().then_some((stamp_s, stamp_s));
             return self.one_beat(stamp_s.is_finite());
         };
-        let step_s = if stamp_s > last_stamp_s && stamp_s.is_finite() {
+        // A leap is believed when the next stamp goes on from it: the camera paused, or its clock was set.
+        let follows =
+            |from_s: f64| (0.0..=LEAP_BEATS * self.beat_s()).contains(&(stamp_s - from_s)) && stamp_s > from_s;
+        let step_s = if follows(last_stamp_s) {
             Some(stamp_s - now_s)
+        } else if self.stray_s.is_some_and(follows) {
+            let paused_s = self.stray_s.map_or(0.0, |stray_s| stray_s - last_stamp_s).max(0.0);
+            self.stray_s.map(|stray_s| stamp_s - stray_s + paused_s)
         } else {
-            self.early_s.map(|early_s| stamp_s - early_s).filter(|step_s| *step_s > 0.0 && step_s.is_finite())
+            None
         };
         let Some(step_s) = step_s else {
-            self.early_s = stamp_s.is_finite().then_some(stamp_s);
+            self.stray_s = stamp_s.is_finite().then_some(stamp_s);
             self.last = Some((last_stamp_s, now_s + self.beat_s()));
             return self.one_beat(false);
         };
         self.last = Some((stamp_s, stamp_s));
-        self.early_s = None;
+        self.stray_s = None;
         if step_s > 0.0 {
             self.steps_s.push_back(step_s);
             if self.steps_s.len() > REMEMBERED_STEPS {
@@ -118,6 +127,22 @@ mod tests {
                 assert!(tick.stamp_is_good && tick.beats == 1.0, "after {bad_s}: {tick:?}");
             }
         }
+    }
+
+    #[test]
+    fn a_stamp_an_hour_ahead_is_bad_once_and_a_pause_of_an_hour_is_believed_from_its_second_stamp_on() {
+        let mut clock = Clock::default();
+        for i in 0..5 {
+            clock.tick(0.2 * f64::from(i));
+        }
+        assert!(!clock.tick(3600.0).stamp_is_good);
+        let back = clock.tick(1.2);
+        assert!(back.stamp_is_good && back.beats == 1.0, "{back:?}");
+        assert!(!clock.tick(3600.0).stamp_is_good);
+        let paused = clock.tick(3600.2);
+        assert!(paused.stamp_is_good && paused.beats > 9e3, "{paused:?}");
+        let next = clock.tick(3600.4);
+        assert!(next.stamp_is_good && next.beats == 1.0, "{next:?}");
     }
 
     #[test]

@@ -125,5 +125,9 @@ fn scenario(name: &str, camera: Camera) -> Scenario {
         covers: Some(Covers { half_width_px: px(level.covers.half_width_px), ..level.covers }),
         false_stripe: None,
         tacks: vec![],
+        plates: Default::default(),
+        change: None,
+        rivals: Default::default(),
+        view: Default::default(),
     }
 }

@@ -11,10 +11,12 @@ mod groove;
 mod learn;
 mod line;
 mod peaks;
+mod relief;
 mod ridge;
 
 pub use learn::{Learned, is_plain, learn};
 pub use line::{Knowledge, Line};
+pub use relief::{GapShows, gap_shows};
 
 use std::ops::Range;
 

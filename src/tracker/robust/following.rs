@@ -17,6 +17,7 @@ use crate::tracker::TrackerError;
 use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate};
 use crate::tracker::hairline::HairlineTracker;
 use crate::tracker::path::{Event, Measured, Memory};
+use crate::tracker::session::unseen;
 use crate::tracker::view::View;
 use crate::units::PixelPoint;
 
@@ -132,9 +133,19 @@ impl Following {
         })
     }
 
+    /// Goes on with another cross-section: the preparation has changed, the seam has not.
+    pub fn change_joint(&mut self, seed: Seed) {
+        self.eye = Eye::Geometry(GeometryEye::new(seed.model, self.parts));
+    }
+
     /// The view in which it is followed.
     pub const fn view(&self) -> View {
         self.view
+    }
+
+    /// Time since the seam was last sighted \[beats\].
+    pub const fn unseen_beats(&self) -> f64 {
+        self.judge.unseen_beats()
     }
 
     /// The seam as it is known, in the view.
@@ -318,9 +329,10 @@ impl Following {
             Next::Seek | Next::Search => Event::Lost,
             Next::Follow => Event::Followed { measured, noise, shaking_px2: self.height.shaking_px2() },
         };
+        let has_value = next == Next::Follow && !self.judge.is_doubtful();
         let estimate = Estimate {
-            status: status(measured.is_some(), next),
-            seam: (next == Next::Follow).then(|| self.seam()),
+            status: if has_value { status(measured.is_some(), next) } else { unseen(true) },
+            seam: has_value.then(|| self.seam()),
             kcf,
             nis,
             evidence,

@@ -15,6 +15,9 @@ pub const REFUSE_NIS: f64 = 16.0;
 /// not inflated. Replayed: of 166 sightings refused by their NIS, 97 of the 107 near its peak were right, 7 of the 59 others.
 const WITNESS_PX: f64 = 3.0;
 const VOUCHED_NIS: f64 = 60.0;
+/// A clear sighting that was refused, or the prediction, is wrong: so much of their distance goes into σ. Chosen: each with a
+/// chance of a quarter.
+const DOUBT_SHARE: f64 = 0.5;
 /// The refusals that are looked at, and how long they count \[beats\]. Three that agree with each other make the filter
 /// start anew (prototype), two when each is clear by itself and the seam is not lost, or they lie where it is expected
 /// (tuned).
@@ -62,6 +65,8 @@ pub struct Judge {
     now: f64,
     step: f64,
     unseen_beats: f64,
+    /// Farthest from the prediction that a clear sighting was refused since the last one that was taken \[px\].
+    doubt_px: f64,
     sightings: f64,
     lost_std_px: f64,
     parts: Parts,
@@ -79,6 +84,7 @@ impl Judge {
             now: 0.0,
             step: 1.0,
             unseen_beats: 0.0,
+            doubt_px: 0.0,
             sightings: 1.0,
             lost_std_px,
             parts,
@@ -101,9 +107,14 @@ impl Judge {
         self.filter.position()
     }
 
-    /// One σ of the seam's position \[px\], its vibration included.
+    /// One σ of the seam's position \[px\], its vibration included, and what a clear sighting elsewhere leaves of it.
     pub fn std_px(&self) -> f64 {
-        (self.position().1 + VIBRATION_VARIANCE_PX2).sqrt()
+        (self.position().1 + VIBRATION_VARIANCE_PX2 + (DOUBT_SHARE * self.doubt_px).powi(2)).sqrt()
+    }
+
+    /// Whether σ is too large for a value to be given.
+    pub fn is_doubtful(&self) -> bool {
+        self.doubt_px > 0.0 && self.std_px() > self.lost_std_px
     }
 
     /// Time since the seam was last sighted \[beats\], 0 in the frame after a sighting.
@@ -150,9 +161,13 @@ impl Judge {
         let believable = nis <= if vouched { VOUCHED_NIS } else { REFUSE_NIS } || !self.parts.has(Part::InnovationGate);
         if believable && !is_lost {
             self.unseen_beats = 0.0;
+            self.doubt_px = 0.0;
             self.sightings += 1.0;
             let doubt = if vouched { 0.0 } else { nis };
             return Ok((nis, Verdict::Taken(self.take(doubt, u_px, R_px2)?)));
+        }
+        if clear {
+            self.doubt_px = self.doubt_px.max((u_px - self.position().0).abs());
         }
         self.refused.push_back(Refused { at: self.now, u_px, clear, expected: nis <= INFLATE_NIS });
         if self.refused.len() > RECENT_REFUSALS {
@@ -166,6 +181,7 @@ impl Judge {
             self.filter = SeamFilter::start(position, (slope, velocity_variance), noise, self.parts)?;
             self.refused.clear();
             self.unseen_beats = 0.0;
+            self.doubt_px = 0.0;
             return Ok((nis, Verdict::Restarted(R_px2)));
         }
         self.missed();

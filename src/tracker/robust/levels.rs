@@ -70,11 +70,7 @@ impl Levels {
                 found => return (*raster, found),
             }
             larger.extend(
-                seeker
-                    .candidates()
-                    .iter()
-                    .filter(|seed| !is_finest && is_large(seed))
-                    .map(|seed| Span::of(seed, *raster)),
+                seeker.candidates().filter(|seed| !is_finest && is_large(seed)).map(|seed| Span::of(seed, *raster)),
             );
         }
         nothing.unwrap_or((Raster::PICTURE, Found::nothing()))

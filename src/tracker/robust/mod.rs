@@ -92,8 +92,16 @@ pub struct RobustTracker {
     phase: Phase,
     joint: Option<JointDecision>,
     doubter: Option<Doubter>,
+    /// Seeks any joint while the one that is followed is not seen: its preparation may have changed.
+    rival: Option<Levels>,
     frame_number: usize,
 }
+
+/// For how long a joint may be unseen before any is sought beside it \[beats\]. Chosen: covers are shorter.
+const RIVAL_AFTER_BEATS: f64 = 2.0;
+/// How far from the prediction such a joint may be found, as long as there is one: σ, and \[px of the picture\].
+const RIVAL_SIGMAS: f64 = 3.0;
+const RIVAL_PX: f64 = 12.0;
 
 impl RobustTracker {
     /// A tracker that looks for its seam.
@@ -108,6 +116,7 @@ impl RobustTracker {
             phase: Phase::Seeking(Levels::new(settings, true)),
             joint: None,
             doubter: settings.joint.map(|_| Doubter::new(settings)),
+            rival: None,
             frame_number: 0,
         })
     }
@@ -115,7 +124,11 @@ impl RobustTracker {
     fn seek(&mut self, frame: &GrayFrame, axis: StripeAxis, beats: f64) -> Result<Estimate, TrackerError> {
         let Phase::Seeking(levels) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
         let (raster, found) = levels.look(frame);
-        let view = View::new(axis, raster);
+        self.begin(frame, View::new(axis, raster), found, beats)
+    }
+
+    /// Begins to follow what was found.
+    fn begin(&mut self, frame: &GrayFrame, view: View, found: Found, beats: f64) -> Result<Estimate, TrackerError> {
         let (following, sighting, kind, reason) = match found {
             Found::Nothing { stripe_seen, evidence } => {
                 let why = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
@@ -145,7 +158,29 @@ impl RobustTracker {
         self.joint =
             Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason, contradicted_by: None });
         self.phase = Phase::Following(Box::new(following));
+        self.rival = None;
         Ok(estimate.in_picture(&view))
+    }
+
+    /// Whether another joint shows where the one that is followed should be, or anywhere once that is lost.
+    fn rival(&mut self, frame: &GrayFrame, axis: StripeAxis) -> Option<(View, Found)> {
+        let (following, is_lost) = match &self.phase {
+            Phase::Following(following) => (following, false),
+            Phase::Searching(following) => (following, true),
+            Phase::Seeking(_) => return None,
+        };
+        if following.unseen_beats() < RIVAL_AFTER_BEATS {
+            self.rival = None;
+            return None;
+        }
+        let rival = self.rival.get_or_insert_with(|| Levels::new(&self.settings, false));
+        let (raster, found) = rival.look(frame);
+        let Found::Joint { seed, .. } = &found else { return None };
+        let view = View::new(axis, raster);
+        let predicted = following.seam().in_picture(&following.view());
+        let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
+        let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
+        (is_lost || is_near).then_some((view, found))
     }
 
     /// Asks what the frames show by themselves, where a joint was asked for.
@@ -210,7 +245,23 @@ impl Follow for RobustTracker {
         self.doubt(&frame);
         match self.phase {
             Phase::Seeking(_) => self.seek(&frame, axis, tick.beats),
-            Phase::Following(_) | Phase::Searching(_) => self.follow(Ok(&frame), tick),
+            Phase::Following(_) | Phase::Searching(_) => {
+                let estimate = self.follow(Ok(&frame), tick)?;
+                match (self.rival(&frame, axis), &mut self.phase) {
+                    (None, _) => Ok(estimate),
+                    (Some((view, Found::Joint { seed, reason })), Phase::Following(following))
+                        if view == following.view() =>
+                    {
+                        let (kind, frame) = (seed.model.kind.name(), self.frame_number - 1);
+                        following.change_joint(*seed);
+                        if self.joint.as_ref().is_none_or(|joint| joint.kind != kind) {
+                            self.joint = Some(JointDecision { kind, frame, reason, contradicted_by: None });
+                        }
+                        Ok(estimate)
+                    }
+                    (Some((view, found)), _) => self.begin(&frame, view, found, tick.beats),
+                }
+            }
         }
     }
 

@@ -8,7 +8,7 @@ use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::JointKind;
+use crate::imgproc::geometry::{GapShows, JointKind, gap_shows};
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
@@ -18,10 +18,19 @@ use crate::units::PixelPoint;
 /// chance has more ways to put four on a line than on one place.
 const AGREEING_SEEDS: usize = 4;
 const MOVING_SEEDS: usize = 5;
+/// The same for what has no relief: a dark place passes with the plate.
+const FLAT_SEEDS: usize = 7;
 const RECENT_FRAMES: usize = 8;
 /// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
+/// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
+/// over the frames that would confirm it \[px\], and is no seam: plates are ragged, and shake. Measured: .02 to .12 px
+/// against .3 px and more.
+const FIXED_RANGE_PX: f64 = 0.15;
+/// The same for a hairline, over so many frames: its place is a mean over cells of half a pixel.
+const FIXED_HAIRLINE_PX: f64 = 0.3;
+const HAIRLINE_FRAMES: usize = 6;
 /// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
 const FASTEST_PX: f64 = 10.0;
 /// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
@@ -79,14 +88,16 @@ pub struct Seeker {
     kind: Option<JointKind>,
     parts: Parts,
     asked: Option<PixelPoint>,
-    /// The seeds of the last frames, the newest last.
-    recent: VecDeque<Vec<Seed>>,
+    /// The seeds of the last frames, each with whether it has relief, the newest last.
+    recent: VecDeque<Vec<Candidate>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
     hairline: HairlineTracker,
     /// Hairlines are sought too.
     seeks_hairlines: bool,
     straight_share: f64,
+    /// Where the last frames have the hairline \[px\], the newest last.
+    hairline_px: VecDeque<f64>,
 }
 
 impl Seeker {
@@ -102,12 +113,13 @@ impl Seeker {
             hairline: HairlineTracker::default(),
             seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
             straight_share: 0.0,
+            hairline_px: VecDeque::new(),
         }
     }
 
     /// The seeds of the last frame looked at.
-    pub fn candidates(&self) -> &[Seed] {
-        self.recent.back().map_or(&[], Vec::as_slice)
+    pub fn candidates(&self) -> impl Iterator<Item = &Seed> {
+        self.recent.back().into_iter().flatten().map(|candidate| &candidate.seed)
     }
 
     /// The user knows where the seam is in the next frame.
@@ -126,9 +138,10 @@ impl Seeker {
             Some(point) => seed::at(frame, self.kind, point).into_iter().collect(),
             None => seed::find(frame, &line, self.kind),
         };
+        let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(seed) = self.confirmed(seeds, before_arc) {
+        if let Some(seed) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
             return Found::Joint { seed: Box::new(seed), reason };
         }
@@ -156,19 +169,22 @@ impl Seeker {
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
-    fn confirmed(&mut self, seeds: Vec<Seed>, before_arc: bool) -> Option<Seed> {
-        self.recent.push_back(seeds.clone());
+    fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Seed> {
+        self.recent.push_back(candidates.clone());
         if self.recent.len() > RECENT_FRAMES {
             self.recent.pop_front();
         }
-        let certain = |seed: &Seed| {
+        let certain = |candidate: &Candidate| {
+            let Candidate { seed, has_relief } = candidate;
+            let (agreeing, moving) =
+                if *has_relief { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
             let sure = seed.certain
-                || (seed.clear && before_arc)
-                || self.agreeing(seed, 0.0, MOTION_PX) >= AGREEING_SEEDS
-                || self.on_the_move(seed) >= MOVING_SEEDS;
-            sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, other))
+                || (seed.clear && before_arc && *has_relief)
+                || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
+                || self.on_the_move(seed) >= moving;
+            sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        seeds.into_iter().find(certain)
+        candidates.into_iter().find(certain).map(|candidate| candidate.seed)
     }
 
     /// Frames, this one included, with a seed like `seed` where it was when it moves by `velocity_px` a frame, give or take
@@ -179,26 +195,65 @@ impl Seeker {
             away_px.abs() < AGREEMENT_PX + motion_px * age as f64 && are_alike(seed, other)
         };
         let frames = self.recent.iter().rev().enumerate();
-        frames.filter(|(age, others)| others.iter().any(|other| is_like(other, *age))).count()
+        frames.filter(|(age, others)| others.iter().any(|other| is_like(&other.seed, *age))).count()
+    }
+
+    /// Whether the seeds that are like `seed` are not all in one and the same place.
+    fn moves(&self, seed: &Seed) -> bool {
+        let near = |other: &&Seed| {
+            are_alike(seed, other) && (seed.fit.centre.u_px - other.fit.centre.u_px).abs() < AGREEMENT_PX
+        };
+        let seeds = self.recent.iter().flatten().map(|other| &other.seed);
+        range(seeds.filter(near).map(|other| other.fit.centre.u_px)) > FIXED_RANGE_PX
     }
 
     /// The most frames whose seeds lie on one line in time with `seed`.
     fn on_the_move(&self, seed: &Seed) -> usize {
         let frames = self.recent.iter().rev().enumerate().skip(1);
-        let others = frames.flat_map(|(age, seeds)| seeds.iter().map(move |other| (age, other)));
+        let others = frames.flat_map(|(age, seeds)| seeds.iter().map(move |other| (age, &other.seed)));
         let velocities = others
             .filter(|(_, other)| are_alike(seed, other))
             .map(|(age, other)| (seed.fit.centre.u_px - other.fit.centre.u_px) / age as f64);
-        let velocities = velocities.filter(|velocity_px| velocity_px.abs() <= FASTEST_PX);
+        let velocities = velocities.filter(|velocity_px| (MOTION_PX..=FASTEST_PX).contains(&velocity_px.abs()));
         velocities.map(|velocity_px| self.agreeing(seed, velocity_px, 0.0)).max().unwrap_or(0)
     }
 
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
         let share = straight_share(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u));
         self.straight_share += STRAIGHT_RATE * (share - self.straight_share);
-        let present = estimate.presence == SeamPresence::Present;
-        present && self.straight_share >= STRAIGHT_SHARE
+        self.hairline_px.push_back(estimate.seam.u_px);
+        if self.hairline_px.len() > HAIRLINE_FRAMES {
+            self.hairline_px.pop_front();
+        }
+        let moves = range(self.hairline_px.iter().copied()) > FIXED_HAIRLINE_PX;
+        estimate.presence == SeamPresence::Present && self.straight_share >= STRAIGHT_SHARE && moves
     }
+}
+
+/// A seed, and whether it is more than a place where the stripe is dark.
+#[derive(Debug, Clone)]
+struct Candidate {
+    seed: Seed,
+    has_relief: bool,
+}
+
+impl Candidate {
+    /// None when what should be a gap is a mark on the plate; what the user asked for is not doubted.
+    fn of(frame: &GrayFrame, seed: Seed) -> Option<Self> {
+        if seed.model.kind != JointKind::Butt || seed.certain {
+            return Some(Self { seed, has_relief: true });
+        }
+        match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
+            GapShows::Plate => None,
+            shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
+        }
+    }
+}
+
+/// Largest less least; 0 of none.
+fn range(values: impl Iterator<Item = f64>) -> f64 {
+    let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+    (most - least).max(0.0)
 }
 
 /// Whether two seeds may be of one joint, wherever they are.

@@ -1,0 +1,143 @@
+//! What is seen where a gap should be: its bottom, the plate itself, or nothing.
+//!
+//! A dark mark on the plate, dirt on the glass, a dead column of the sensor or a gap in the laser's line look like the gap of
+//! a butt joint: the stripe is missing there. But a gap has relief. Its bottom lies off the plates' lines, or its edges are
+//! bent; a mark lies on the line, and often the stripe is seen through it, only darker.
+
+use super::ridge::{CrossSection, RidgePoint, Search, ridge};
+use super::{JointFit, Line};
+use crate::frame::GrayFrame;
+
+/// What a gap shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum GapShows {
+    /// Relief: a bottom off the plates' lines, or edges that are bent.
+    Relief,
+    /// The stripe goes on through it on the plates' lines, only darker: a mark.
+    Plate,
+    /// Nothing that would tell one from the other.
+    Nothing,
+}
+
+/// A narrower gap shows nothing \[px\].
+const LEAST_GAP_PX: f64 = 4.0;
+/// Columns at either edge that belong to neither \[px\].
+const EDGE_PX: f64 = 1.0;
+/// Columns of the plates beside each edge that tell how bright the stripe is, and those next to the edge that tell whether it
+/// is bent \[px\].
+const BESIDE_PX: f64 = 24.0;
+const BENT_PX: f64 = 6.0;
+/// Rows above and below that are looked at \[px\]. Chosen: as deep as the sides' windows are long.
+const REACH_PX: usize = 64;
+/// A ridge in the gap counts from this share of the plates' amplitude, and this correlation with the stripe's cross-section.
+const LEAST_SHARE: f64 = 0.12;
+const LEAST_QUALITY: f64 = 0.5;
+/// It is the plate's within so many SDs of the stripe of its line, a bottom's beyond so many.
+const ON_LINE_SDS: f64 = 0.8;
+const OFF_LINE_SDS: f64 = 1.5;
+/// Share of a gap's columns that decide.
+const DECISIVE_SHARE: f64 = 0.5;
+/// Mean distance of the columns next to an edge from their line that makes it bent, in SDs of the stripe. Chosen: three times
+/// what speckle leaves of the mean of six columns.
+const BENT_SDS: f64 = 0.4;
+
+/// Looks into the gap of `fit`; of a joint without edges it says relief.
+#[must_use]
+pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapShows {
+    let Some(edges) = fit.edges else { return GapShows::Relief };
+    let half_px = 0.5 * edges.gap_px;
+    let section = CrossSection::new(stripe_sd_px);
+    let plates =
+        [(fit.left, -half_px - BESIDE_PX, -half_px - EDGE_PX), (fit.right, half_px + EDGE_PX, half_px + BESIDE_PX)];
+    let beside = plates.map(|(line, from, to)| near(frame, fit, line, (from, to), &section));
+    let amplitude = beside.iter().flatten().map(|p| p.amplitude).sum::<f64>()
+        / beside.iter().map(Vec::len).sum::<usize>().max(1) as f64;
+    let is_bent = |points: &[RidgePoint], line: Line| {
+        let next = points.iter().filter(|p| (p.u_px - fit.centre.u_px).abs() < half_px + EDGE_PX + BENT_PX);
+        let off: Vec<f64> = next.map(|p| p.v_px - line.at(p.u_px - fit.centre.u_px)).collect();
+        off.len() as f64 > 0.5 * BENT_PX && (off.iter().sum::<f64>() / off.len() as f64).abs() > BENT_SDS * stripe_sd_px
+    };
+    if is_bent(&beside[0], fit.left) && is_bent(&beside[1], fit.right) {
+        return GapShows::Relief;
+    }
+    if edges.gap_px < LEAST_GAP_PX {
+        return GapShows::Nothing;
+    }
+    let middle = Line::straight(0.5 * (fit.left.v_px + fit.right.v_px), 0.5 * (fit.left.slope + fit.right.slope));
+    let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
+    let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
+    let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
+    let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
+    let share =
+        |is: &dyn Fn(f64) -> bool| inside.iter().filter(seen).filter(|p| is(off_sds(p))).count() as f64 / columns;
+    if share(&|sds| sds > OFF_LINE_SDS) >= DECISIVE_SHARE {
+        GapShows::Relief
+    } else if share(&|sds| sds < ON_LINE_SDS) >= DECISIVE_SHARE {
+        GapShows::Plate
+    } else {
+        GapShows::Nothing
+    }
+}
+
+/// The brightest ridge of each column from `from` to `to` of the centre \[px\], wherever it lies.
+fn near(
+    frame: &GrayFrame,
+    fit: &JointFit,
+    line: Line,
+    (from, to): (f64, f64),
+    section: &CrossSection,
+) -> Vec<RidgePoint> {
+    let first = (fit.centre.u_px + from).ceil().max(0.0) as usize;
+    let end = ((fit.centre.u_px + to).floor().max(-1.0) + 1.0).min(frame.width_px() as f64) as usize;
+    let search = Search { half_band_px: REACH_PX, prior_sd_px: f64::from(u16::MAX) };
+    ridge(frame, first..end.max(first), |u| line.at(u - fit.centre.u_px), section, search)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imgproc::geometry::{JointKind, learn};
+    use crate::units::PixelPoint;
+
+    const STRIPE_ROW: f64 = 120.0;
+
+    /// What the gap of 14 px in the middle of a picture shows, whose stripe has `row(u)` and `grey(u)`.
+    fn shown(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+        let mut frame = GrayFrame::filled(320, 240, 9).unwrap();
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let (u, v) = ((i % 320) as f64, (i / 320) as f64);
+            let noise = ((i * 7919) % 13) as f64 / 6.0;
+            *pixel = (9.0 + noise + grey(u) * (-0.5 * ((v - row(u)) / 2.4).powi(2)).exp()).min(255.0) as u8;
+        }
+        let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
+        let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
+        assert!((fit.centre.u_px - 160.0).abs() < 1.5, "{fit:?}");
+        gap_shows(&frame, &fit, model.stripe_sd_px)
+    }
+
+    fn in_gap(u: f64) -> bool {
+        (u - 160.0).abs() < 7.0
+    }
+
+    #[test]
+    fn a_bottom_below_the_plates_is_relief() {
+        let row = |u: f64| if in_gap(u) { STRIPE_ROW + 24.0 } else { STRIPE_ROW };
+        assert_eq!(shown(row, |u| if in_gap(u) { 80.0 } else { 200.0 }), GapShows::Relief);
+    }
+
+    #[test]
+    fn bent_edges_are_relief_though_the_gap_is_black() {
+        let droop = |u: f64| 4.0 * (-((u - 160.0).abs() - 7.0).max(0.0) / 8.0).exp();
+        assert_eq!(shown(|u| STRIPE_ROW + droop(u), |u| if in_gap(u) { 0.0 } else { 200.0 }), GapShows::Relief);
+    }
+
+    #[test]
+    fn a_dark_mark_shows_the_plate() {
+        assert_eq!(shown(|_| STRIPE_ROW, |u| if in_gap(u) { 36.0 } else { 200.0 }), GapShows::Plate);
+    }
+
+    #[test]
+    fn a_dead_block_of_the_sensor_shows_nothing() {
+        assert_eq!(shown(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 }), GapShows::Nothing);
+    }
+}
