@@ -118,6 +118,12 @@ pub struct PathRow {
 }
 
 impl PathRow {
+    /// Whether there is a value, filtered or smoothed.
+    #[must_use]
+    pub const fn has_value(&self) -> bool {
+        self.status.has_value() || self.smooth_u_px.is_some()
+    }
+
     /// A row without any value.
     #[must_use]
     pub const fn empty(frame: usize, file: String, time_s: f64, status: Status) -> Self {

@@ -78,7 +78,7 @@ impl Run {
         self.summary.calibration.origin_px.or_else(first).unwrap_or(0.0)
     }
 
-    /// Frames without a value where there is a seam: of all frames, or of those that the truth has a seam in.
+    /// Frames without a value, filtered or smoothed, where there is a seam: of all frames, or of those that the truth has a seam in.
     #[must_use]
     pub fn unavailable(&self) -> Unavailable {
         let found_at = self.rows.iter().position(|row| row.status == Status::Tracked);
@@ -86,7 +86,7 @@ impl Run {
             |frame: usize| self.truth_px.as_ref().is_none_or(|truth| truth.get(frame).is_some_and(Option::is_some));
         let without = |from: usize| {
             let rows = self.rows.iter().enumerate().skip(from);
-            rows.filter(|(frame, row)| !row.status.has_value() && has_seam(*frame)).count()
+            rows.filter(|(frame, row)| !row.has_value() && has_seam(*frame)).count()
         };
         let of = (0..self.rows.len()).filter(|&frame| has_seam(frame)).count();
         Unavailable { found_at, missing: without(found_at.unwrap_or(0)), without_value: without(0), of }

@@ -116,6 +116,9 @@ pub struct Joint {
     pub decided_at_frame: Option<usize>,
     /// Why, in one sentence.
     pub reason: String,
+    /// What else it may be, where frames and time cannot tell.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub doubt: Option<String>,
     /// The kind that the frames show where another was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contradicted_by: Option<String>,

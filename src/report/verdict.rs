@@ -163,13 +163,15 @@ fn truth(run: &Run) -> Doubts {
     doubts
 }
 
-/// A joint that is not the one asked for.
+/// A joint that is not the one asked for, or may be none.
 fn joint(run: &Run) -> Doubts {
-    let Joint { kind, contradicted_by, .. } = &run.summary.joint;
+    let Joint { kind, contradicted_by, doubt, .. } = &run.summary.joint;
     let contradiction = |seen: &String| {
         (Trust::Bad, format!("A {kind} joint was asked for, but the frames show a {seen}: try --joint {seen} or auto."))
     };
-    contradicted_by.iter().map(contradiction).collect()
+    let may_be_none =
+        |doubt: &String| (Trust::Check, format!("Is it a joint? {doubt}; --joint {kind} says that it is one."));
+    contradicted_by.iter().map(contradiction).chain(doubt.iter().map(may_be_none)).collect()
 }
 
 /// Measurements that the filter's own σ does not explain.
@@ -307,6 +309,7 @@ mod tests {
                     kind: "butt".into(),
                     decided_at_frame: None,
                     reason: String::new(),
+                    doubt: None,
                     contradicted_by: None,
                     later: vec![],
                 },

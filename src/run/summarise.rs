@@ -53,6 +53,7 @@ pub fn summarise(
                 kind: "none".into(),
                 decided_at_frame: None,
                 reason: "no frame showed a joint that others confirmed".into(),
+                doubt: None,
                 contradicted_by: None,
                 later: vec![],
             },
@@ -67,6 +68,7 @@ fn joint(decision: &JointDecision) -> Joint {
         kind: decision.kind.into(),
         decided_at_frame: Some(decision.frame),
         reason: decision.reason.clone(),
+        doubt: decision.doubt.map(Into::into),
         contradicted_by: decision.contradicted_by.map(Into::into),
         later: vec![],
     }

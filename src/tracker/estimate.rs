@@ -240,6 +240,8 @@ pub struct JointDecision {
     pub frame: usize,
     /// Why, in one sentence.
     pub reason: String,
+    /// What else it may be: something that frames and time cannot tell from it.
+    pub doubt: Option<&'static str>,
     /// The kind that the frames show by themselves, where another was asked for.
     pub contradicted_by: Option<&'static str>,
 }

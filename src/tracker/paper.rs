@@ -103,6 +103,7 @@ impl PaperTracker {
             kind: "butt-or-lap",
             frame: self.frame_number - 1,
             reason: "the centreline jumps or breaks at one place".into(),
+            doubt: None,
             contradicted_by: None,
         });
         let filter = self.settings.kalman.start_from_clean(centre.u_px, self.settings.seed_variance_px2)?;

@@ -17,6 +17,9 @@ use crate::units::PixelPoint;
 /// σ above which a smoothed value is not given, in pixels of the view: it bridges short gaps, not long absences.
 const LARGEST_STD_PX: f64 = 2.5;
 
+/// Frames before a joint was found in which it may have been seen.
+pub const REMEMBERED: usize = 7;
+
 /// A measurement as the filter took it: position along the stripe and across it, each with its R. The correlation filter
 /// measures along it alone.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,8 +46,8 @@ impl Memory {
 pub enum Event {
     /// None is followed.
     Nothing,
-    /// A joint was found.
-    Found { view: View, measured: Measured },
+    /// A joint was found; `before` is where it was in the frames before, the newest first.
+    Found { view: View, measured: Measured, before: [Option<Measured>; REMEMBERED] },
     /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`.
     Followed { measured: Option<Measured>, noise: f64, shaking_px2: f64 },
     /// It was lost, and stays so until something is accepted again.
@@ -120,15 +123,18 @@ impl SeamPath {
             Event::Nothing | Event::Lost | Event::Ended => None,
         };
         match event {
-            Event::Found { view, .. } => self.joints.push(Joint {
-                view,
-                start: frame,
-                end: None,
-                last_seen: frame,
-                noise: 0.0,
-                shaking_px2: 0.0,
-                count: 0.0,
-            }),
+            Event::Found { view, before, .. } => {
+                let start = self.recall(&before);
+                self.joints.push(Joint {
+                    view,
+                    start,
+                    end: None,
+                    last_seen: frame,
+                    noise: 0.0,
+                    shaking_px2: 0.0,
+                    count: 0.0,
+                });
+            }
             Event::Followed { noise, shaking_px2, measured } => {
                 if let Some(joint) = self.joints.last_mut() {
                     joint.noise += noise;
@@ -151,14 +157,25 @@ impl SeamPath {
             }
             Event::Nothing => {}
         }
-        let row = |reading: Option<Reading>| Frame {
-            dt_s: beats.max(1e-6),
-            z: [reading.map(|(px, _)| px)],
-            R: reading.map(|(_, variance_px2)| SMatrix::from_element(variance_px2)),
-        };
         self.places.push(frame);
-        self.along.push(row(measured.map(|m| m.along)));
-        self.across.push(row(measured.and_then(|m| m.across)));
+        self.along.push(row(beats, measured.map(|m| m.along)));
+        self.across.push(row(beats, measured.and_then(|m| m.across)));
+    }
+
+    /// Writes what was seen before a joint was found into those frames, as far back as no joint is known: the first of
+    /// them.
+    fn recall(&mut self, before: &[Option<Measured>; REMEMBERED]) -> usize {
+        let frame = self.along.len();
+        let free = self.joints.last().map_or(0, |joint| joint.end.unwrap_or(frame));
+        let mut first = frame;
+        for (age, measured) in (1..).zip(before) {
+            let Some(measured) = measured else { continue };
+            let Some(place) = frame.checked_sub(age).filter(|place| *place >= free) else { break };
+            self.along[place] = row(self.along[place].dt_s, Some(measured.along));
+            self.across[place] = row(self.across[place].dt_s, measured.across);
+            first = place;
+        }
+        first
     }
 
     /// The seam in each frame, in the picture, given all frames or those up to the lag after it; none where it was not
@@ -203,6 +220,15 @@ impl SeamPath {
             None => whole(run),
         };
         Ok(states.into_iter().map(|state| state.map(|state| height::reading(&state))).collect())
+    }
+}
+
+/// A row of a series, `beats` after the one before.
+fn row(beats: f64, reading: Option<Reading>) -> Frame<1> {
+    Frame {
+        dt_s: beats.max(1e-6),
+        z: [reading.map(|(px, _)| px)],
+        R: reading.map(|(_, variance_px2)| SMatrix::from_element(variance_px2)),
     }
 }
 

@@ -160,6 +160,7 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             kind: "butt".into(),
             decided_at_frame: Some(3),
             reason: "two facing edges with a 13 px gap".into(),
+            doubt: None,
             contradicted_by: None,
             later: vec![],
         },

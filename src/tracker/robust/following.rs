@@ -11,7 +11,7 @@ use super::sighting::{Sighting, Unsighted};
 use super::{RobustSettings, status};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::Refusal;
+use crate::imgproc::geometry::{JointFit, Refusal};
 use crate::kcf::Kcf;
 use crate::tracker::TrackerError;
 use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate};
@@ -141,6 +141,14 @@ impl Following {
     /// The view in which it is followed.
     pub const fn view(&self) -> View {
         self.view
+    }
+
+    /// What a fit of another frame shows.
+    pub fn sighting(&self, fit: JointFit) -> Option<Sighting> {
+        match &self.eye {
+            Eye::Geometry(eye) => Some(eye.sighting(fit)),
+            Eye::Hairline(_) => None,
+        }
     }
 
     /// Time since the seam was last sighted \[beats\].

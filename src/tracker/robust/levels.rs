@@ -52,6 +52,11 @@ impl Levels {
         }
     }
 
+    /// A frame passes that cannot be looked at.
+    pub fn miss(&mut self) {
+        self.levels.iter_mut().for_each(|(_, seeker)| seeker.miss());
+    }
+
     /// Looks at the next frame: what was found, and in which raster.
     pub fn look(&mut self, frame: &GrayFrame) -> (Raster, Found) {
         let mut larger: Vec<Span> = vec![];

@@ -37,7 +37,7 @@ use self::seek::Found;
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
-use super::path::{Event, Memory};
+use super::path::{Event, Memory, REMEMBERED};
 use super::session::{Follow, unseen};
 use super::view::View;
 use crate::calib::Sensor;
@@ -129,19 +129,25 @@ impl RobustTracker {
 
     /// Begins to follow what was found.
     fn begin(&mut self, frame: &GrayFrame, view: View, found: Found, beats: f64) -> Result<Estimate, TrackerError> {
-        let (following, sighting, kind, reason) = match found {
+        let mut before = [None; REMEMBERED];
+        let (following, sighting, (kind, reason, doubt)) = match found {
             Found::Nothing { stripe_seen, evidence } => {
                 let why = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
                 return Ok(Estimate { evidence, ..self.unseen(why, beats) }.in_picture(&view));
             }
-            Found::Joint { seed, reason } => {
+            Found::Joint { seed, reason, doubt, before: fits } => {
                 let kind = seed.model.kind;
                 let (following, sighting) = Following::by_geometry(*seed, view, self.sensor, self.settings.parts)?;
-                (following, sighting, kind, reason)
+                for (age, fit) in fits {
+                    if let Some(place) = before.get_mut(age - 1) {
+                        *place = following.sighting(fit).map(|sighting| sighting.measured(1.0));
+                    }
+                }
+                (following, sighting, (kind, reason, doubt))
             }
             Found::Hairline { tracker, sighting, reason } => {
                 let following = Following::by_evidence(*tracker, &sighting, view, self.sensor, self.settings.parts)?;
-                (following, *sighting, JointKind::Butt, reason)
+                (following, *sighting, (JointKind::Butt, reason, None))
             }
         };
         if let Some(frame) = view.frame(frame) {
@@ -152,11 +158,11 @@ impl RobustTracker {
             seam: Some(following.seam()),
             evidence: sighting.evidence,
             section: sighting.section,
-            memory: Memory { beats, event: Event::Found { view, measured: sighting.measured(1.0) } },
+            memory: Memory { beats, event: Event::Found { view, measured: sighting.measured(1.0), before } },
             ..Estimate::seeking(Observation::Seed)
         };
-        self.joint =
-            Some(JointDecision { kind: kind.name(), frame: self.frame_number - 1, reason, contradicted_by: None });
+        let frame = self.frame_number - 1;
+        self.joint = Some(JointDecision { kind: kind.name(), frame, reason, doubt, contradicted_by: None });
         self.phase = Phase::Following(Box::new(following));
         self.rival = None;
         Ok(estimate.in_picture(&view))
@@ -249,13 +255,13 @@ impl Follow for RobustTracker {
                 let estimate = self.follow(Ok(&frame), tick)?;
                 match (self.rival(&frame, axis), &mut self.phase) {
                     (None, _) => Ok(estimate),
-                    (Some((view, Found::Joint { seed, reason })), Phase::Following(following))
+                    (Some((view, Found::Joint { seed, reason, doubt, .. })), Phase::Following(following))
                         if view == following.view() =>
                     {
                         let (kind, frame) = (seed.model.kind.name(), self.frame_number - 1);
                         following.change_joint(*seed);
                         if self.joint.as_ref().is_none_or(|joint| joint.kind != kind) {
-                            self.joint = Some(JointDecision { kind, frame, reason, contradicted_by: None });
+                            self.joint = Some(JointDecision { kind, frame, reason, doubt, contradicted_by: None });
                         }
                         Ok(estimate)
                     }
@@ -267,8 +273,11 @@ impl Follow for RobustTracker {
 
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
-        match self.phase {
-            Phase::Seeking(_) => Ok(self.unseen(why, tick.beats)),
+        match &mut self.phase {
+            Phase::Seeking(levels) => {
+                levels.miss();
+                Ok(self.unseen(why, tick.beats))
+            }
             Phase::Following(_) | Phase::Searching(_) => self.follow(Err(why), tick),
         }
     }

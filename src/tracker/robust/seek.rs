@@ -8,7 +8,7 @@ use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{GapShows, JointKind, gap_shows};
+use crate::imgproc::geometry::{GapShows, JointFit, JointKind, gap_shows};
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
@@ -25,12 +25,12 @@ const RECENT_FRAMES: usize = 8;
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
 /// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
-/// over the frames that would confirm it \[px\], and is no seam: plates are ragged, and shake. Measured: .02 to .12 px
-/// against .3 px and more.
-const FIXED_RANGE_PX: f64 = 0.15;
+/// over the frames that would confirm it \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
+/// of .02 to .12 px against .3 px and more.
+const FIXED_RANGE_PX: f64 = 0.5;
 /// The same for a hairline, over so many frames: its place is a mean over cells of half a pixel.
-const FIXED_HAIRLINE_PX: f64 = 0.3;
-const HAIRLINE_FRAMES: usize = 6;
+const FIXED_HAIRLINE_PX: f64 = 0.7;
+const HAIRLINE_FRAMES: usize = 8;
 /// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
 const FASTEST_PX: f64 = 10.0;
 /// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
@@ -64,6 +64,10 @@ pub enum Found {
         seed: Box<Seed>,
         /// Why it is one of its kind.
         reason: String,
+        /// What else it may be.
+        doubt: Option<&'static str>,
+        /// Where it was in the frames before, the newest first: how many frames ago, and its seed's fit.
+        before: Vec<(usize, JointFit)>,
     },
     /// A hairline.
     Hairline {
@@ -127,6 +131,14 @@ impl Seeker {
         self.asked = Some(centre);
     }
 
+    /// A frame passes that cannot be looked at.
+    pub fn miss(&mut self) {
+        self.recent.push_back(vec![]);
+        if self.recent.len() > RECENT_FRAMES {
+            self.recent.pop_front();
+        }
+    }
+
     /// Looks at the next frame.
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
         let line = match stripe_path(frame).filter(|_| self.parts.has(Part::StripePath)) {
@@ -138,12 +150,13 @@ impl Seeker {
             Some(point) => seed::at(frame, self.kind, point).into_iter().collect(),
             None => seed::find(frame, &line, self.kind),
         };
-        let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed)).collect();
+        let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(seed) = self.confirmed(candidates, before_arc) {
+        if let Some(Candidate { seed, has_relief }) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
-            return Found::Joint { seed: Box::new(seed), reason };
+            let doubt = (!has_relief).then_some(FLAT_DOUBT);
+            return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed) };
         }
         let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
         let presence = hairline.map(|estimate| estimate.grid.presence);
@@ -169,7 +182,7 @@ impl Seeker {
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
-    fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Seed> {
+    fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Candidate> {
         self.recent.push_back(candidates.clone());
         if self.recent.len() > RECENT_FRAMES {
             self.recent.pop_front();
@@ -184,7 +197,21 @@ impl Seeker {
                 || self.on_the_move(seed) >= moving;
             sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        candidates.into_iter().find(certain).map(|candidate| candidate.seed)
+        candidates.into_iter().find(certain)
+    }
+
+    /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
+    fn before(&self, seed: &Seed) -> Vec<(usize, JointFit)> {
+        let mut path: Vec<(usize, JointFit)> = vec![];
+        for (age, candidates) in self.recent.iter().rev().enumerate().skip(1) {
+            let (last_age, last) = path.last().copied().unwrap_or((0, seed.fit));
+            let reach_px = AGREEMENT_PX + FASTEST_PX * (age - last_age) as f64;
+            let away_px = |other: &Seed| (other.fit.centre.u_px - last.centre.u_px).abs();
+            let alike = candidates.iter().map(|candidate| &candidate.seed).filter(|other| are_alike(seed, other));
+            let near = alike.filter(|other| away_px(other) < reach_px);
+            path.extend(near.min_by(|a, b| away_px(a).total_cmp(&away_px(b))).map(|other| (age, other.fit)));
+        }
+        path
     }
 
     /// Frames, this one included, with a seed like `seed` where it was when it moves by `velocity_px` a frame, give or take
@@ -230,6 +257,9 @@ impl Seeker {
     }
 }
 
+/// What a gap without relief may be.
+const FLAT_DOUBT: &str = "the gap shows neither a bottom nor bent edges: it may be a mark on the plate (paint, slag) or a gap in the laser's line";
+
 /// A seed, and whether it is more than a place where the stripe is dark.
 #[derive(Debug, Clone)]
 struct Candidate {
@@ -239,8 +269,8 @@ struct Candidate {
 
 impl Candidate {
     /// None when what should be a gap is a mark on the plate; what the user asked for is not doubted.
-    fn of(frame: &GrayFrame, seed: Seed) -> Option<Self> {
-        if seed.model.kind != JointKind::Butt || seed.certain {
+    fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
+        if seed.model.kind != JointKind::Butt || seed.certain || asked == Some(JointKind::Butt) {
             return Some(Self { seed, has_relief: true });
         }
         match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
