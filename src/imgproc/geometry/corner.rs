@@ -14,8 +14,8 @@ const LEAST_VARIANCE_PX2: f64 = 0.02;
 const PLATE_PX: f64 = 60.0;
 /// How far a shoulder may move from where the model has it \[px\]: the flanks of ragged edges differ.
 const SHOULDER_SLACK_PX: f64 = 12.0;
-/// Fewest columns of a side.
-const LEAST_COLUMNS: usize = 8;
+/// Fewest columns of a side: of a flank that a bead leaves in sight.
+const LEAST_COLUMNS: usize = 7;
 /// Least difference of the sides' slopes that makes a corner.
 const LEAST_BEND: f64 = 0.15;
 /// How far beyond the search range the corner may lie \[px\].

@@ -8,13 +8,17 @@ use std::ops::Range;
 
 use super::HALF_WINDOW_PX;
 use super::line::Line;
-use super::peaks::{LEAST_COLUMNS, Peak, consensus_line, median};
+use super::peaks::{Peak, consensus_line, median};
 
 /// Columns left out next to a closed root \[px\].
 const TOE_PX: f64 = 3.0;
-/// Columns left out at most at either end of a flank \[px\], and as a share of its length: shoulders are worn.
+/// Columns left out at most at either end of a flank \[px\], and as shares of what is seen of it: shoulders are worn, and a
+/// bead's toe runs out on the flank and wanders from frame to frame.
 const END_PX: f64 = 5.0;
 const END_SHARE: f64 = 0.12;
+const TOE_SHARE: f64 = 0.25;
+/// Least that must be left of it \[px\].
+const LEAST_FLANK_PX: f64 = 7.0;
 /// The stretch in which a V-groove's flank begins at its root \[px\], in the smallest window.
 const FLANK_PX: Range<f64> = 5.0..20.0;
 /// From this distance to the stripe on, a root counts as open \[px\].
@@ -107,11 +111,13 @@ pub fn from_plates(peaks: &[Peak], half_window_px: f64, inlier_px: f64) -> Optio
         return None;
     }
     let flanks_px = [0, 1].map(|i| {
-        let end_px = (END_SHARE * (outer_px[i] - inner_px[i])).min(END_PX);
-        let start_px = if inner_px[i] > BEAD_PX { inner_px[i] + end_px } else { TOE_PX.max(inner_px[i]) };
+        let seen_px = outer_px[i] - inner_px[i];
+        let end_px = (END_SHARE * seen_px).min(END_PX);
+        let toe_px = (TOE_SHARE * seen_px).min(END_PX);
+        let start_px = if inner_px[i] > BEAD_PX { inner_px[i] + toe_px } else { TOE_PX.max(inner_px[i]) };
         start_px..outer_px[i] - end_px
     });
-    if flanks_px.iter().any(|range| range.end - range.start < LEAST_COLUMNS as f64) {
+    if flanks_px.iter().any(|range| range.end - range.start < LEAST_FLANK_PX) {
         return None;
     }
     // Once more without what is left out beside toe and shoulder.

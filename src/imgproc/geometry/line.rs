@@ -61,9 +61,9 @@ pub struct Knowledge {
 const FIRST_SLOPE_PX2: f64 = 100.0;
 const FIRST_CURVATURE_PX4: f64 = 1e6;
 const STRAIGHT_PX4: f64 = 1e7;
-/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: a clean side of 71 columns is then half
-/// remembered, half as the new fit says; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
-const SLOPE_DRIFT: f64 = 1.6e-5;
+/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: of a clean side of 71 columns two thirds are
+/// then remembered; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
+const SLOPE_DRIFT: f64 = 5e-6;
 /// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over forty fits.
 const CURVATURE_DRIFT: f64 = 4e-10;
 

@@ -17,7 +17,7 @@ const INNER_PX: f64 = 14.0;
 const NOISE_MEDIANS: f64 = 4.5;
 const LEAST_NOISE_PX: f64 = 0.1;
 /// Fewest columns of a line.
-pub const LEAST_COLUMNS: usize = 8;
+const LEAST_COLUMNS: usize = 8;
 /// Range of stripe SDs \[px\].
 const STRIPE_SD_PX: std::ops::RangeInclusive<f64> = 1.2..=6.0;
 /// A Gaussian of SD 1.5 px.

@@ -32,6 +32,8 @@ const REACH_PX: usize = 64;
 /// A ridge in the gap counts from this share of the plates' amplitude, and this correlation with the stripe's cross-section.
 const LEAST_SHARE: f64 = 0.12;
 const LEAST_QUALITY: f64 = 0.5;
+/// A bottom counts however dark it is from this correlation on. Chosen: half of a gap's columns hardly ever have it by chance.
+const CERTAIN_QUALITY: f64 = 0.8;
 /// It is the plate's within so many SDs of the stripe of its line, a bottom's beyond so many.
 const ON_LINE_SDS: f64 = 0.8;
 const OFF_LINE_SDS: f64 = 1.5;
@@ -63,19 +65,15 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     if edges.gap_px < LEAST_GAP_PX {
         return GapShows::Nothing;
     }
-    let mean = |of: fn(&Line) -> f64| 0.5 * (of(&fit.left) + of(&fit.right));
-    let middle = Line {
-        v_px: mean(|line| line.v_px),
-        slope: mean(|line| line.slope),
-        curvature_per_px: mean(|line| line.curvature_per_px),
-    };
+    let middle = Line::straight(0.5 * (fit.left.v_px + fit.right.v_px), 0.5 * (fit.left.slope + fit.right.slope));
     let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
     let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
     let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
     let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
     let share =
         |is: &dyn Fn(f64) -> bool| inside.iter().filter(seen).filter(|p| is(off_sds(p))).count() as f64 / columns;
-    if share(&|sds| sds > OFF_LINE_SDS) >= DECISIVE_SHARE {
+    let bottom = inside.iter().filter(|p| seen(p) || p.quality > CERTAIN_QUALITY).filter(|p| off_sds(p) > OFF_LINE_SDS);
+    if bottom.count() as f64 / columns >= DECISIVE_SHARE {
         GapShows::Relief
     } else if share(&|sds| sds < ON_LINE_SDS) >= DECISIVE_SHARE {
         GapShows::Plate

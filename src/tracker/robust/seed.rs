@@ -36,6 +36,10 @@ const LEAST_BRIDGED_PX: f64 = 10.0;
 const BRIDGED_SHARE: f64 = 0.85;
 const BRIDGE_REACH_PX: f64 = 3.0;
 const LEAST_JUMP_PX: f32 = 3.5;
+/// Shortest leg of a corner that nobody asked for \[px\]: shorter ones do not tell a bend from a curve. Chosen.
+const LEAST_LEG_PX: f64 = 40.0;
+/// How often the legs of a corner are fitted anew, as curved as they then are. Chosen: their curvature is known to a tenth.
+const CURVING_FITS: usize = 3;
 /// How far the refined centre may lie from the seed \[px\].
 const SEARCH_PX: f64 = 12.0;
 /// Support above which a seed, being clear otherwise, needs no second frame. Chosen: a frame without spatter.
@@ -137,15 +141,31 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
         return refine(frame, place, None, kind);
     }
     let groove = refine(frame, place, None, JointKind::VGroove).filter(classify::is_groove);
-    groove.or_else(|| refine(frame, place, None, JointKind::Fillet).filter(classify::is_corner))
+    groove.or_else(|| {
+        let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
+        let fillet = refine(frame, place, None, JointKind::Fillet).filter(classify::is_corner);
+        fillet.filter(|seed| is_inside(seed.fit.centre.u_px))
+    })
 }
 
 /// Learns the cross-section round `place` and fits it there.
 fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: JointKind) -> Option<Seed> {
     let Learned { model, place } = learn(frame, place, kind)?;
+    let known = model.known;
     let mut model = JointModel { gap_px, ..model };
-    let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
-    model.learn(&fit);
+    let fit_again = |model: &mut JointModel, place: PixelPoint| {
+        let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
+        model.learn(&fit);
+        Some(fit)
+    };
+    let mut fit = fit_again(&mut model, place)?;
+    if kind == JointKind::Fillet {
+        // Straight lines put on a curved plate meet with a bend. Looked at again, they bend themselves, and it goes.
+        for _ in 0..CURVING_FITS {
+            fit = fit_again(&mut model, fit.centre)?;
+        }
+        model = JointModel { known: [known[0].with(fit.shown[0]), known[1].with(fit.shown[1])], fits: 1, ..model };
+    }
     let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
