@@ -1,5 +1,32 @@
 //! Pixels to millimetres.
 
+pub mod adjust;
+pub mod board;
+pub mod board_svg;
+pub mod camera;
+pub mod check;
+pub mod corners;
+mod cv;
+pub mod detect;
+pub mod error;
+pub mod file;
+pub mod guidance;
+pub mod intrinsics;
+pub mod interchange;
+pub mod laser;
+pub mod laser_camera;
+pub mod pairs;
+pub mod plane;
+pub mod pose;
+pub mod resample;
+pub mod scale;
+pub mod stripe;
+pub mod stripes;
+mod student;
+pub mod travel;
+pub mod uncertainty;
+mod yaml;
+
 use serde::Serialize;
 
 use crate::units::MmPerPx;
