@@ -347,7 +347,10 @@ impl<'a> TravelCheck<'a> {
                 let camera = self.sensor.intrinsics();
                 self.texture_mm += Vector2::new(by.x * point.z / camera.fx_px, by.y * point.z / camera.fy_px);
             }
-            Moved::Unknown => self.lost += 1,
+            Moved::Unknown => {
+                self.lost += 1;
+                return;
+            }
             Moved::First | Moved::Repeated => {}
         }
         let first = *self.heights.first().unwrap_or(&height_mm);

@@ -12,15 +12,18 @@ use crate::units::StripeAxis;
 /// Pieces begin this far from the stripe \[px\] and are at most this wide; near the stripe the scale is the plate's at it.
 const BESIDE_PX: usize = 30;
 const PIECE_PX: usize = 150;
+/// Half the window of the mean that is taken, against the camera's noise \[px\].
+const SMOOTH_HALF_PX: usize = 2;
 /// Half the window of the mean that is taken off, so that light which does not move has no say \[px\].
-const MEAN_HALF_PX: usize = 12;
+const MEAN_HALF_PX: usize = 16;
 /// Reduction of the first pass, and its reach \[reduced px\]: moves of up to 64 px a frame are found.
 const REDUCTION: usize = 4;
 const COARSE_REACH: isize = 16;
 /// Reach of the second pass \[px\].
 const FINE_REACH: isize = 5;
-/// A piece is believed above this correlation.
-const LEAST_CORRELATION: f64 = 0.35;
+/// A piece is believed above this correlation, and beside a better one only when both moves agree \[px\].
+const LEAST_CORRELATION: f64 = 0.3;
+const AGREE_PX: f64 = 2.0;
 
 /// A picture of contrasts: the mean of its surroundings is taken off.
 struct Contrast {
@@ -72,13 +75,16 @@ impl Travel {
         if self.pieces.is_empty() {
             self.pieces = pieces(frame, self.axis);
         }
-        let fine = contrast(frame.width_px(), frame.height_px(), frame.pixels().iter().map(|&g| f32::from(g)).collect(), MEAN_HALF_PX);
+        let fine = contrast(frame.width_px(), frame.height_px(), frame.pixels().iter().map(|&g| f32::from(g)).collect(), SMOOTH_HALF_PX, MEAN_HALF_PX);
         let coarse = reduced(frame);
         let moved = match &self.last {
             None => Moved::First,
             Some((_, last_fine, last_coarse)) => self.register((last_fine, &fine), (last_coarse, &coarse)),
         };
-        self.last = Some((frame.clone(), fine, coarse));
+        // A frame that shows nothing is passed over: the next one is registered with the last good one.
+        if moved != Moved::Unknown {
+            self.last = Some((frame.clone(), fine, coarse));
+        }
         moved
     }
 
@@ -89,12 +95,14 @@ impl Travel {
             let start = (rough.x.round() as isize * REDUCTION as isize, rough.y.round() as isize * REDUCTION as isize);
             best_shift(fine, *piece, start, FINE_REACH).filter(|(_, correlation)| *correlation > LEAST_CORRELATION)
         });
+        let found: Vec<(Vector2<f64>, f64)> = found.collect();
+        let Some((best, _)) = found.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return Moved::Unknown };
         let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
-        for (shift, correlation) in found {
+        for (shift, correlation) in found.into_iter().filter(|(shift, _)| (shift - best).norm() < AGREE_PX) {
             sum += shift * correlation;
             weight += correlation;
         }
-        if weight > 0.0 { Moved::By(sum / weight) } else { Moved::Unknown }
+        Moved::By(sum / weight)
     }
 }
 
@@ -129,11 +137,11 @@ fn reduced(frame: &GrayFrame) -> Contrast {
             values[v / REDUCTION * width + u / REDUCTION] += f32::from(frame.row(v)[u]);
         }
     }
-    contrast(width, height, values, MEAN_HALF_PX / REDUCTION + 1)
+    contrast(width, height, values, 0, MEAN_HALF_PX / REDUCTION)
 }
 
-/// Takes the mean over a square of `half` off, by sums over rows and columns.
-fn contrast(width: usize, height: usize, values: Vec<f32>, half: usize) -> Contrast {
+/// The mean over a square of `near` less the mean over one of `far`, by sums over rows and columns.
+fn contrast(width: usize, height: usize, values: Vec<f32>, near: usize, far: usize) -> Contrast {
     let mut sums = vec![0.0f64; (width + 1) * (height + 1)];
     for v in 0..height {
         let mut row = 0.0;
@@ -142,15 +150,16 @@ fn contrast(width: usize, height: usize, values: Vec<f32>, half: usize) -> Contr
             sums[(v + 1) * (width + 1) + u + 1] = sums[v * (width + 1) + u + 1] + row;
         }
     }
-    let mut out = values;
-    for v in 0..height {
+    let mean = |u: usize, v: usize, half: usize| {
         let (top, bottom) = (v.saturating_sub(half), (v + half + 1).min(height));
-        for u in 0..width {
-            let (left, right) = (u.saturating_sub(half), (u + half + 1).min(width));
-            let at = |v: usize, u: usize| sums[v * (width + 1) + u];
-            let sum = at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left);
-            out[v * width + u] -= (sum / ((bottom - top) * (right - left)) as f64) as f32;
-        }
+        let (left, right) = (u.saturating_sub(half), (u + half + 1).min(width));
+        let at = |v: usize, u: usize| sums[v * (width + 1) + u];
+        let sum = at(bottom, right) - at(top, right) - at(bottom, left) + at(top, left);
+        sum / ((bottom - top) * (right - left)) as f64
+    };
+    let mut out = values;
+    for (i, out) in out.iter_mut().enumerate() {
+        *out = (mean(i % width, i / width, near) - mean(i % width, i / width, far)) as f32;
     }
     Contrast { width, height, values: out }
 }

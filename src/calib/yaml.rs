@@ -80,7 +80,7 @@ impl Yaml {
 }
 
 fn without_comment(line: &str) -> &str {
-    line.split_once(" #").map_or(line, |(before, _)| before).trim_end().trim_start_matches(|c| c == '#' && line.starts_with('#'))
+    if line.trim_start().starts_with('#') { "" } else { line.split_once(" #").map_or(line, |(before, _)| before).trim_end() }
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! one by one, in any order, on any thread, with the same bytes.
 
 mod arc;
+pub mod board;
 pub mod builtin;
 mod canvas;
 mod draw;
