@@ -13,6 +13,7 @@ fn main() {
     let mut words = std::env::args().skip(1).filter_map(|word| word.parse().ok());
     let (seeds, views): (u64, usize) = (words.next().unwrap_or(3), words.next().map_or(12, |views| views as usize));
     let bench = Bench::new();
+    println!("a step of 5 mm in one frame, sensor known: {:.4} mm rms over 24 speckles", bench.step_alone_mm(24));
     let mut trials: Vec<Trial> = vec![];
     for seed in 1..=seeds {
         match bench.trial(seed, views) {

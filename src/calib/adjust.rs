@@ -159,7 +159,8 @@ pub(super) fn stripe_offset_mm(camera: &Intrinsics, plane: &LaserPlane, pose: &P
 fn stepped(state: &State, globals: &Globals, poses: &[Vector6<f64>]) -> State {
     let mut intrinsics = state.intrinsics.to_array();
     intrinsics.iter_mut().zip(globals.iter()).for_each(|(value, by)| *value += by);
-    let plane = state.plane.map(|plane| plane.varied([globals[INTRINSICS], globals[INTRINSICS + 1], globals[INTRINSICS + 2]]));
+    let plane =
+        state.plane.map(|plane| plane.varied([globals[INTRINSICS], globals[INTRINSICS + 1], globals[INTRINSICS + 2]]));
     let poses = state.poses.iter().zip(poses).map(|(pose, by)| pose.varied(by)).collect();
     State { intrinsics: Intrinsics::from_array(intrinsics), plane, poses }
 }
@@ -215,7 +216,10 @@ fn stripe_row(
     support: &StripeSupport,
 ) -> Option<(f64, Globals, Vector6<f64>)> {
     let beside = |by_px: f64| {
-        let at = PixelPoint::new(support.pixel.u_px + by_px * support.across.x, support.pixel.v_px + by_px * support.across.y);
+        let at = PixelPoint::new(
+            support.pixel.u_px + by_px * support.across.x,
+            support.pixel.v_px + by_px * support.across.y,
+        );
         stripe_offset_mm(camera, plane, pose, at)
     };
     let mm_per_px = (beside(0.5)? - beside(-0.5)?).abs();
@@ -252,7 +256,11 @@ fn stripe_row(
 }
 
 /// The equations of the parameters alone, and for each view its damped pose matrix inverted.
-fn reduce(problem: &Problem, linear: &Linear, damping: f64) -> Option<(ParameterCovariance, Vec<Option<Matrix6<f64>>>)> {
+fn reduce(
+    problem: &Problem,
+    linear: &Linear,
+    damping: f64,
+) -> Option<(ParameterCovariance, Vec<Option<Matrix6<f64>>>)> {
     let mut reduced = linear.normal;
     for i in 0..PARAMETERS {
         reduced[(i, i)] *= 1.0 + damping;

@@ -27,7 +27,9 @@ impl BoardSize {
     pub fn new(columns: usize, rows: usize) -> Result<Self, String> {
         let sides = LEAST_CORNERS..=MOST_CORNERS;
         if !sides.contains(&columns) || !sides.contains(&rows) {
-            return Err(format!("a board has {LEAST_CORNERS} to {MOST_CORNERS} inner corners a side, not {columns}x{rows}"));
+            return Err(format!(
+                "a board has {LEAST_CORNERS} to {MOST_CORNERS} inner corners a side, not {columns}x{rows}"
+            ));
         }
         Ok(Self { columns: columns.min(rows), rows: columns.max(rows) })
     }
@@ -72,7 +74,8 @@ impl FromStr for BoardSize {
 /// # Errors
 /// When the text is none.
 pub fn pair(text: &str) -> Result<[usize; 2], String> {
-    let numbers = text.split_once(['x', 'X', '×']).and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
+    let numbers =
+        text.split_once(['x', 'X', '×']).and_then(|(a, b)| Some([a.trim().parse().ok()?, b.trim().parse().ok()?]));
     numbers.ok_or_else(|| format!("expected two numbers such as 7x8, not {text}"))
 }
 

@@ -43,9 +43,18 @@ pub fn board_svg([columns, rows]: [usize; 2], square_mm: f64) -> Result<String, 
     // The longest whole number of centimetres that fits.
     let length_mm = ((board_w / 10.0).floor() * 10.0).max(10.0);
     let base = board_h + 2.0 * margin + 2.0;
-    let _ = writeln!(svg, "<g stroke=\"#000\" stroke-width=\"0.2\" fill=\"none\"><path d=\"M{margin} {base}h{length_mm}\"/><path d=\"");
+    let _ = writeln!(
+        svg,
+        "<g stroke=\"#000\" stroke-width=\"0.2\" fill=\"none\"><path d=\"M{margin} {base}h{length_mm}\"/><path d=\""
+    );
     for mm in 0..=length_mm as usize {
-        let tick = if mm % 10 == 0 { 6.0 } else if mm % 5 == 0 { 4.0 } else { 2.5 };
+        let tick = if mm % 10 == 0 {
+            6.0
+        } else if mm % 5 == 0 {
+            4.0
+        } else {
+            2.5
+        };
         let _ = write!(svg, "M{} {base}v{tick}", margin + mm as f64);
     }
     let _ = write!(

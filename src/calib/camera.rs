@@ -106,7 +106,8 @@ pub fn fit_camera(detected: Detected, square_mm: f64) -> Result<CameraFit, Calib
         let apart = left_out_rms_px(&problem, &state, &numbers);
         if let Some(bad) = worst_view(&apart) {
             let rms_px = apart[bad];
-            left_out.push(format!("{} does not fit the others: {rms_px:.2} px when it is left out", sightings[bad].name));
+            left_out
+                .push(format!("{} does not fit the others: {rms_px:.2} px when it is left out", sightings[bad].name));
             sightings.remove(bad);
             state.poses.remove(bad);
             expect_poses(&sightings, &left_out)?;
@@ -138,7 +139,8 @@ fn finished(
     let numbers = poses_of(&sightings.iter().collect::<Vec<_>>());
     let poses = numbers.iter().max().map_or(0, |last| last + 1);
     let residuals = residuals(problem, &state);
-    let rms = |all: &[Vector2<f64>]| (all.iter().map(Vector2::norm_squared).sum::<f64>() / all.len().max(1) as f64).sqrt();
+    let rms =
+        |all: &[Vector2<f64>]| (all.iter().map(Vector2::norm_squared).sum::<f64>() / all.len().max(1) as f64).sqrt();
     let rms_px = rms(&residuals.concat());
     if rms_px > WORST_RMS_PX {
         return Err(CalibrationError::BadFit { rms_px, board });
@@ -185,7 +187,10 @@ fn finished(
 fn expect_poses(sightings: &[BoardSighting], left_out: &[String]) -> Result<(), CalibrationError> {
     let poses = poses_of(&sightings.iter().collect::<Vec<_>>()).iter().max().map_or(0, |last| last + 1);
     match poses {
-        1 => Err(CalibrationError::OnePose { pictures: sightings.len() + same_pictures(left_out), left_out: left_out.to_vec() }),
+        1 => Err(CalibrationError::OnePose {
+            pictures: sightings.len() + same_pictures(left_out),
+            left_out: left_out.to_vec(),
+        }),
         poses if poses < LEAST_VIEWS => {
             let mut reasons = left_out.to_vec();
             if sightings.len() > poses {
@@ -202,7 +207,11 @@ fn same_pictures(left_out: &[String]) -> usize {
 }
 
 /// A pinhole camera and poses to start from.
-fn first_state(sightings: &[BoardSighting], board_mm: &[Vector2<f64>], size_px: (usize, usize)) -> Result<State, CalibrationError> {
+fn first_state(
+    sightings: &[BoardSighting],
+    board_mm: &[Vector2<f64>],
+    size_px: (usize, usize),
+) -> Result<State, CalibrationError> {
     let homographies: Vec<_> = sightings.iter().filter_map(|s| homography(board_mm, &s.corners)).collect();
     // Boards that lie flat give no focal length; any will do to see that they are flat.
     let focal_px = first_focal_px(&homographies, size_px).unwrap_or(1.2 * size_px.0.max(size_px.1) as f64);
@@ -243,7 +252,9 @@ fn drop_corners(sightings: &mut [BoardSighting], board_mm: &[Vector2<f64>], stat
     let mut distances: Vec<(usize, usize, f64)> = vec![];
     for (view, (sighting, pose)) in sightings.iter().zip(&state.poses).enumerate() {
         for (corner, (board, seen)) in board_mm.iter().zip(&sighting.corners).enumerate() {
-            if let Some(pixel) = state.intrinsics.project(&pose.camera_from_board(board)).filter(|_| sighting.used[corner]) {
+            if let Some(pixel) =
+                state.intrinsics.project(&pose.camera_from_board(board)).filter(|_| sighting.used[corner])
+            {
                 distances.push((view, corner, (seen - Vector2::new(pixel.u_px, pixel.v_px)).norm()));
             }
         }

@@ -7,7 +7,7 @@ use super::board::BoardSize;
 use super::error::CalibrationError;
 use super::laser::{StripeView, board_pose, height_per_mm, offsets_mm};
 use super::laser_camera::{CalibratedRange, LaserCamera};
-use super::travel::{Moved, Travel};
+use super::stripe::BAND_RATIO;
 use crate::frame::GrayFrame;
 use crate::imgproc::{CentrelineSettings, extract_along, stripe_path};
 use crate::units::{PixelPoint, StripeAxis};
@@ -90,8 +90,8 @@ pub enum CheckError {
 /// The stripe's points in one frame.
 #[derive(Debug, Clone)]
 pub struct StripePoints {
-    pixels: Vec<PixelPoint>,
-    points: Vec<Vector2<f64>>,
+    pub(super) pixels: Vec<PixelPoint>,
+    pub(super) points: Vec<Vector2<f64>>,
 }
 
 /// The stripe of a frame in millimetres (lateral, height); none where too little of it is seen.
@@ -100,7 +100,8 @@ pub fn stripe_points(sensor: &LaserCamera, frame: &GrayFrame) -> Option<StripePo
     let axis = sensor.stripe_axis();
     let turned = if axis == StripeAxis::Vertical { frame.transposed() } else { frame.clone() };
     let path = stripe_path(&turned)?;
-    let line = extract_along(&turned, &CentrelineSettings::default(), &path);
+    let settings = CentrelineSettings { band_ratio: BAND_RATIO, ..CentrelineSettings::default() };
+    let line = extract_along(&turned, &settings, &path);
     let rows = line.v_px.iter().enumerate();
     let seen = rows.filter_map(|(u, v)| {
         let pixel = axis.image_from_stripe(PixelPoint::new(u as f64, f64::from((*v)?)));
@@ -128,7 +129,12 @@ impl Level {
 ///
 /// # Errors
 /// When no frame shows a stripe.
-pub fn check_plate(sensor: &LaserCamera, frames: &[StripePoints], gate_mm: f64, tilt_deg: f64) -> Result<Checked, CheckError> {
+pub fn check_plate(
+    sensor: &LaserCamera,
+    frames: &[StripePoints],
+    gate_mm: f64,
+    tilt_deg: f64,
+) -> Result<Checked, CheckError> {
     let mut tilts_deg = vec![];
     let mut kept: Vec<Vector2<f64>> = vec![];
     let mut pixels: Vec<PixelPoint> = vec![];
@@ -191,7 +197,12 @@ fn outside(sensor: &LaserCamera, pixels: &[PixelPoint]) -> Figure {
 ///
 /// # Errors
 /// When no frame shows two levels.
-pub fn check_step(sensor: &LaserCamera, frames: &[StripePoints], step_mm: f64, gate_mm: f64) -> Result<Checked, CheckError> {
+pub fn check_step(
+    sensor: &LaserCamera,
+    frames: &[StripePoints],
+    step_mm: f64,
+    gate_mm: f64,
+) -> Result<Checked, CheckError> {
     let mut steps: Vec<f64> = frames.iter().filter_map(|frame| step_of(&frame.points)).collect();
     if frames.is_empty() {
         return Err(CheckError::NoStripe);
@@ -211,7 +222,11 @@ pub fn check_step(sensor: &LaserCamera, frames: &[StripePoints], step_mm: f64, g
     };
     let mut checked = Checked { used, figures: vec![error, outside(sensor, &pixels)], notes: vec![] };
     if used > 1 {
-        checked.notes.push(format!("the step's median over {used} frames, between {:.3} and {:.3} mm", steps[0], steps[used - 1]));
+        checked.notes.push(format!(
+            "the step's median over {used} frames, between {:.3} and {:.3} mm",
+            steps[0],
+            steps[used - 1]
+        ));
     }
     Ok(checked)
 }
@@ -309,91 +324,6 @@ fn flatness(kept: &[Vector2<f64>]) -> (f64, f64) {
     (sd, (used.iter().map(|(_, variance)| variance).sum::<f64>() / count).sqrt())
 }
 
-/// Follows a plate through a recording whose robot's travel is known.
-pub struct TravelCheck<'a> {
-    sensor: &'a LaserCamera,
-    travel: Travel,
-    /// Measured and known displacement of each distinct frame \[mm\].
-    track: Vec<(f64, f64)>,
-    texture_mm: Vector2<f64>,
-    heights: Vec<f64>,
-    frames: usize,
-    lost: usize,
-}
-
-impl<'a> TravelCheck<'a> {
-    /// A check with this sensor.
-    #[must_use]
-    pub fn new(sensor: &'a LaserCamera) -> Self {
-        let travel = Travel::new(sensor.stripe_axis());
-        Self { sensor, travel, track: vec![], texture_mm: Vector2::zeros(), heights: vec![], frames: 0, lost: 0 }
-    }
-
-    /// Takes the next frame, at which the robot had travelled `known_mm` from the first.
-    pub fn step(&mut self, frame: &GrayFrame, known_mm: f64) {
-        let moved = self.travel.step(frame);
-        if moved == Moved::Repeated {
-            return;
-        }
-        let Some(seen) = stripe_points(self.sensor, frame) else { return };
-        let mut heights: Vec<f64> = seen.points.iter().map(|p| p.y).collect();
-        let height_mm = median(&mut heights);
-        self.frames += 1;
-        match moved {
-            Moved::By(by) => {
-                // At the stripe the plate's distance is known: a pixel is z/f there.
-                let middle = seen.pixels[seen.pixels.len() / 2];
-                let Some(point) = self.sensor.camera_point_mm(middle) else { return };
-                let camera = self.sensor.intrinsics();
-                self.texture_mm += Vector2::new(by.x * point.z / camera.fx_px, by.y * point.z / camera.fy_px);
-            }
-            Moved::Unknown => {
-                self.lost += 1;
-                return;
-            }
-            Moved::First | Moved::Repeated => {}
-        }
-        let first = *self.heights.first().unwrap_or(&height_mm);
-        self.heights.push(height_mm);
-        let measured = (self.texture_mm.norm_squared() + (height_mm - first).powi(2)).sqrt();
-        self.track.push((measured, known_mm));
-    }
-
-    /// The travel as measured against the travel as known.
-    ///
-    /// # Errors
-    /// When the plate's texture could not be followed.
-    pub fn finish(self, gate_mm: f64) -> Result<Checked, CheckError> {
-        if self.lost * 5 > self.frames || self.track.len() < super::scale::LEAST_POSITIONS {
-            return Err(CheckError::Travel(format!(
-                "the plate's texture was followed in {} of {} frames only: light it so that it shows, or check with --plate or --step",
-                self.frames - self.lost,
-                self.frames
-            )));
-        }
-        let positions: Vec<super::scale::Position> =
-            self.track.iter().map(|(measured, known)| super::scale::Position { px: *measured, mm: *known }).collect();
-        let fit = super::scale::fit_scale(&positions).map_err(|error| CheckError::Travel(error.to_string()))?;
-        let travel_mm = positions.iter().map(|p| p.mm).fold(0.0, f64::max);
-        let (ratio, half) = (1.0 / fit.mm_per_px, fit.half_95_mm_per_px / fit.mm_per_px.powi(2));
-        let error_mm = (ratio - 1.0) * travel_mm;
-        let figure = Figure {
-            name: "travel",
-            value: error_mm,
-            // What the recording cannot tell is not held against the calibration.
-            limit: gate_mm + half * travel_mm,
-            unit: "mm",
-            meaning: format!(
-                "a travel of {travel_mm:.1} mm comes out as {:.1} mm, {:+.2} ± {:.2} %: the plate lies nearer or farther than the calibration says",
-                ratio * travel_mm,
-                100.0 * (ratio - 1.0),
-                100.0 * half
-            ),
-        };
-        Ok(Checked { used: self.track.len(), figures: vec![figure], notes: vec![] })
-    }
-}
-
 /// The boards with their stripes against the plane.
 ///
 /// # Errors
@@ -428,7 +358,9 @@ pub fn check_boards(
         value: rms(&means),
         limit: gate_mm,
         unit: "mm",
-        meaning: format!("the stripes on the boards lie off the plane, up to {worst:.1} mm in height: the plane contradicts its images"),
+        meaning: format!(
+            "the stripes on the boards lie off the plane, up to {worst:.1} mm in height: the plane contradicts its images"
+        ),
     };
     let mut figures = vec![figure];
     if sensor.range().is_some() {
@@ -437,7 +369,7 @@ pub fn check_boards(
     Ok(Checked { used: views.len(), figures, notes })
 }
 
-fn median(values: &mut [f64]) -> f64 {
+pub(super) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }

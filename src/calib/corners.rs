@@ -36,7 +36,13 @@ fn stretched(frame: &GrayFrame) -> GrayFrame {
     let level = |share: f64| {
         let rank = (share * frame.pixels().len() as f64) as usize;
         let mut seen = 0;
-        histogram.iter().position(|n| { seen += n; seen > rank }).unwrap_or(255) as f64
+        histogram
+            .iter()
+            .position(|n| {
+                seen += n;
+                seen > rank
+            })
+            .unwrap_or(255) as f64
     };
     let black = level(BLACK_SHARE);
     let gain = 255.0 / (HEADROOM * (level(WHITE_SHARE) - black)).clamp(16.0, 255.0);

@@ -2,9 +2,7 @@
 #![expect(clippy::disallowed_types, reason = "the folder's one door to OpenCV")]
 
 use nalgebra::Vector2;
-use opencv::calib3d::{
-    CALIB_CB_ACCURACY, CALIB_CB_EXHAUSTIVE, CALIB_CB_LARGER, find_chessboard_corners_sb_with_meta,
-};
+use opencv::calib3d::{CALIB_CB_ACCURACY, CALIB_CB_EXHAUSTIVE, CALIB_CB_LARGER, find_chessboard_corners_sb_with_meta};
 use opencv::core::{Mat, MatTraitConst, Point2f, Size, TermCriteria, Vector};
 use opencv::imgproc::corner_sub_pix;
 
@@ -33,7 +31,11 @@ pub(super) struct Search {
 
 /// The chessboard of at least `columns` × `rows` inner corners in the frame, or of just as many. OpenCV's sector-based
 /// detector (Duda & Frese 2018) also finds boards in dark pictures without a bright margin, where the classic one fails.
-pub(super) fn find_grid(frame: &GrayFrame, (columns, rows): (usize, usize), search: Search) -> opencv::Result<Option<Grid>> {
+pub(super) fn find_grid(
+    frame: &GrayFrame,
+    (columns, rows): (usize, usize),
+    search: Search,
+) -> opencv::Result<Option<Grid>> {
     let image = Mat::new_rows_cols_with_data(frame.height_px() as i32, frame.width_px() as i32, frame.pixels())?;
     let mut corners = Vector::<Point2f>::new();
     let mut meta = Mat::default();
@@ -50,11 +52,19 @@ pub(super) fn find_grid(frame: &GrayFrame, (columns, rows): (usize, usize), sear
 }
 
 /// The corners moved to where the gradients of their surroundings cross, within `half_window_px`.
-pub(super) fn refine(frame: &GrayFrame, corners: &[Vector2<f64>], half_window_px: i32) -> opencv::Result<Vec<Vector2<f64>>> {
+pub(super) fn refine(
+    frame: &GrayFrame,
+    corners: &[Vector2<f64>],
+    half_window_px: i32,
+) -> opencv::Result<Vec<Vector2<f64>>> {
     let image = Mat::new_rows_cols_with_data(frame.height_px() as i32, frame.width_px() as i32, frame.pixels())?;
     let mut refined: Vector<Point2f> = corners.iter().map(|c| Point2f::new(c.x as f32, c.y as f32)).collect();
     let window = Size::new(half_window_px, half_window_px);
-    let criteria = TermCriteria::new(opencv::core::TermCriteria_EPS + opencv::core::TermCriteria_COUNT, REFINE_ROUNDS, REFINE_STEP_PX)?;
+    let criteria = TermCriteria::new(
+        opencv::core::TermCriteria_EPS + opencv::core::TermCriteria_COUNT,
+        REFINE_ROUNDS,
+        REFINE_STEP_PX,
+    )?;
     corner_sub_pix(&image, &mut refined, window, Size::new(-1, -1), criteria)?;
     Ok(refined.iter().map(to_vector).collect())
 }

@@ -145,7 +145,11 @@ fn no_board(pictures: &dyn Pictures) -> CalibrationError {
     CalibrationError::NoBoard { names: names.join(", ") + more }
 }
 
-fn board_size(pictures: &dyn Pictures, seen: &[Seen], declared: Option<BoardSize>) -> Result<BoardSize, CalibrationError> {
+fn board_size(
+    pictures: &dyn Pictures,
+    seen: &[Seen],
+    declared: Option<BoardSize>,
+) -> Result<BoardSize, CalibrationError> {
     let mut votes: BTreeMap<BoardSize, (usize, usize)> = BTreeMap::new();
     for (i, seen) in seen.iter().enumerate() {
         if let Seen::Read { corners: Some(corners), .. } = seen {

@@ -23,13 +23,17 @@ pub enum CalibrationError {
         expected_px: (usize, usize),
     },
     /// Nothing is found anywhere.
-    #[error("no picture shows a chessboard of at least 3x3 inner corners as a whole ({names}): is the whole board in the picture, in focus and evenly lit?")]
+    #[error(
+        "no picture shows a chessboard of at least 3x3 inner corners as a whole ({names}): is the whole board in the picture, in focus and evenly lit?"
+    )]
     NoBoard {
         /// Names of the pictures.
         names: String,
     },
     /// The board is larger than the one declared.
-    #[error("{name} shows a board of {found} inner corners, {declared} were declared: with a part of the board the fit looks better and is worse; give --board {found}, or leave it out")]
+    #[error(
+        "{name} shows a board of {found} inner corners, {declared} were declared: with a part of the board the fit looks better and is worse; give --board {found}, or leave it out"
+    )]
     PartOfBoard {
         /// The picture.
         name: String,
@@ -39,7 +43,10 @@ pub enum CalibrationError {
         found: BoardSize,
     },
     /// Too few pictures can be used.
-    #[error("{usable} views in different poses are too few, {LEAST_VIEWS} is the least and {GOOD_VIEWS} a good number{}", listed(left_out))]
+    #[error(
+        "{usable} views in different poses are too few, {LEAST_VIEWS} is the least and {GOOD_VIEWS} a good number{}",
+        listed(left_out)
+    )]
     TooFewViews {
         /// Different poses with a readable board.
         usable: usize,
@@ -47,7 +54,10 @@ pub enum CalibrationError {
         left_out: Vec<String>,
     },
     /// All pictures show the board in one pose.
-    #[error("all {pictures} pictures show the board in one pose, which determines no camera whatever the residual: move and tilt the board between pictures{}", listed(left_out))]
+    #[error(
+        "all {pictures} pictures show the board in one pose, which determines no camera whatever the residual: move and tilt the board between pictures{}",
+        listed(left_out)
+    )]
     OnePose {
         /// Number of pictures.
         pictures: usize,
@@ -55,7 +65,9 @@ pub enum CalibrationError {
         left_out: Vec<String>,
     },
     /// The boards are parallel.
-    #[error("the boards are nearly parallel: their tilts spread by {spread_deg:.1}°, {least_deg:.0}° is the least; the focal length could be anything. Tilt the board by 20° to 40° to all sides")]
+    #[error(
+        "the boards are nearly parallel: their tilts spread by {spread_deg:.1}°, {least_deg:.0}° is the least; the focal length could be anything. Tilt the board by 20° to 40° to all sides"
+    )]
     ParallelBoards {
         /// Root mean square angle of the boards' normals from their mean \[°\].
         spread_deg: f64,
@@ -66,7 +78,9 @@ pub enum CalibrationError {
     #[error("the boards determine no camera: their poses are too much alike, or --board or --square is wrong")]
     Undetermined,
     /// The fit exists and is nonsense.
-    #[error("the fitted camera leaves {rms_px:.2} px: the corners are not those of a flat board of {board} inner corners")]
+    #[error(
+        "the fitted camera leaves {rms_px:.2} px: the corners are not those of a flat board of {board} inner corners"
+    )]
     BadFit {
         /// Root mean square reprojection error \[px\].
         rms_px: f64,
@@ -74,7 +88,10 @@ pub enum CalibrationError {
         board: BoardSize,
     },
     /// No stripe is seen on the boards.
-    #[error("only {found} of {pictures} pictures show a laser stripe on the board, {LEAST_VIEWS} are the least{}", listed(left_out))]
+    #[error(
+        "only {found} of {pictures} pictures show a laser stripe on the board, {LEAST_VIEWS} are the least{}",
+        listed(left_out)
+    )]
     NoStripe {
         /// Pictures with a stripe.
         found: usize,
@@ -84,7 +101,9 @@ pub enum CalibrationError {
         left_out: Vec<String>,
     },
     /// The stripes lie at nearly one height.
-    #[error("too little depth: the stripes lie within {span_mm:.1} mm of height at {distance_mm:.0} mm, {least_mm:.0} mm is the least for a plane. Move the board nearer and farther, over the whole range you weld in")]
+    #[error(
+        "too little depth: the stripes lie within {span_mm:.1} mm of height at {distance_mm:.0} mm, {least_mm:.0} mm is the least for a plane. Move the board nearer and farther, over the whole range you weld in"
+    )]
     TooLittleDepth {
         /// Range of heights \[mm\].
         span_mm: f64,

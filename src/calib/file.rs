@@ -12,10 +12,12 @@ use sha2::{Digest, Sha256};
 
 use super::board::BoardSize;
 use super::detect::BoardSighting;
-use super::intrinsics::{INTRINSICS, INTRINSIC_NAMES, Intrinsics};
+use super::intrinsics::{INTRINSIC_NAMES, INTRINSICS, Intrinsics};
 use super::laser::KnownCamera;
 use super::laser_camera::{CalibratedRange, LaserCamera, PARAMETERS, ParameterCovariance};
 use super::plane::LaserPlane;
+
+pub use super::file_sections::*;
 
 /// Version of the file's layout.
 pub const CALIBRATION_SCHEMA_VERSION: u32 = 1;
@@ -81,120 +83,6 @@ pub struct CalibrationFile {
     pub views: Vec<ViewSection>,
 }
 
-/// Size of the calibrated pictures \[px\].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct ImageSection {
-    pub width: usize,
-    pub height: usize,
-}
-
-/// The camera, as in [`Intrinsics`], with what its fit left over.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct CameraSection {
-    pub fx: f64,
-    pub fy: f64,
-    pub cx: f64,
-    pub cy: f64,
-    #[serde(default)]
-    pub k1: f64,
-    #[serde(default)]
-    pub k2: f64,
-    #[serde(default)]
-    pub p1: f64,
-    #[serde(default)]
-    pub p2: f64,
-    #[serde(default)]
-    pub k3: f64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rms_px: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub views: Option<usize>,
-    /// Reprojection error of views left out one by one \[px\].
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub left_out_rms_px: Option<f64>,
-}
-
-/// The laser's plane: normal · X = distance, camera frame.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct LaserSection {
-    pub normal: [f64; 3],
-    pub distance_mm: f64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub rms_mm: Option<f64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub views: Option<usize>,
-}
-
-/// Where stripes were seen: least and largest value.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct RangeSection {
-    pub u_px: [f64; 2],
-    pub v_px: [f64; 2],
-    pub lateral_mm: [f64; 2],
-    pub height_mm: [f64; 2],
-}
-
-/// One scale alone.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct ScaleSection {
-    pub mm_per_px: f64,
-    #[serde(default)]
-    pub std_mm_per_px: f64,
-    /// The coordinate that was measured: u or v.
-    #[serde(default)]
-    pub axis: String,
-}
-
-/// The board.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct BoardSection {
-    /// Inner corners along a row, and rows of them.
-    pub corners: [usize; 2],
-    pub square_mm: f64,
-}
-
-/// The camera in the frame of the robot's flange: X_flange = M · X_camera, in mm.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct HandEyeSection {
-    pub matrix: [[f64; 4]; 4],
-}
-
-/// Covariance of the parameters in the order of `parameters`.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct CovarianceSection {
-    pub parameters: Vec<String>,
-    pub matrix: Vec<Vec<f64>>,
-}
-
-/// A picture that went into the calibration.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct ImageHash {
-    pub file: String,
-    pub sha256: String,
-}
-
-/// A board that the camera was calibrated with.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fields are the file's keys")]
-pub struct ViewSection {
-    pub file: String,
-    pub sha256: String,
-    /// Corners row by row \[px\].
-    pub corners: Vec<[f64; 2]>,
-    /// Numbers of the corners that are not used.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub unused: Vec<usize>,
-}
-
 impl CalibrationFile {
     /// Reads and checks a file.
     ///
@@ -240,7 +128,8 @@ impl CalibrationFile {
             if let Some(problem) = camera.problem() {
                 return Err(format!("[camera] {problem}"));
             }
-            let image = self.image.ok_or("[camera] without [image]: give width and height of the calibrated pictures")?;
+            let image =
+                self.image.ok_or("[camera] without [image]: give width and height of the calibrated pictures")?;
             if image.width == 0 || image.height == 0 {
                 return Err("[image] has no pixel".into());
             }
@@ -249,15 +138,19 @@ impl CalibrationFile {
             LaserPlane::new(Vector3::from(laser.normal), laser.distance_mm).map_err(|e| format!("[laser] {e}"))?;
         }
         if let Some(range) = &self.range {
-            let pairs = [("u_px", range.u_px), ("v_px", range.v_px), ("lateral_mm", range.lateral_mm), ("height_mm", range.height_mm)];
+            let pairs = [
+                ("u_px", range.u_px),
+                ("v_px", range.v_px),
+                ("lateral_mm", range.lateral_mm),
+                ("height_mm", range.height_mm),
+            ];
             if let Some((name, _)) = pairs.iter().find(|(_, [a, b])| !(a.is_finite() && b.is_finite() && a <= b)) {
                 return Err(format!("[range] {name} must be two finite numbers, the smaller first"));
             }
         }
-        if let Some(scale) = &self.scale {
-            if !(scale.mm_per_px.is_finite() && scale.mm_per_px > 0.0 && scale.std_mm_per_px >= 0.0) {
-                return Err("[scale] mm_per_px must be above 0 and std_mm_per_px not below".into());
-            }
+        let wrong = |s: &ScaleSection| !(s.mm_per_px.is_finite() && s.mm_per_px > 0.0 && s.std_mm_per_px >= 0.0);
+        if self.scale.as_ref().is_some_and(wrong) {
+            return Err("[scale] mm_per_px must be above 0 and std_mm_per_px not below".into());
         }
         if let Some(board) = &self.board {
             BoardSize::new(board.corners[0], board.corners[1]).map_err(|e| format!("[board] {e}"))?;
@@ -267,7 +160,11 @@ impl CalibrationFile {
         }
         self.hand_eye.as_ref().map_or(Ok(()), |h| check_hand_eye(&h.matrix))?;
         let corners = self.board.map_or(0, |b| b.corners[0] * b.corners[1]);
-        if let Some(view) = self.views.iter().find(|v| v.corners.len() != corners || v.corners.as_flattened().iter().any(|x| !x.is_finite())) {
+        if let Some(view) = self
+            .views
+            .iter()
+            .find(|v| v.corners.len() != corners || v.corners.as_flattened().iter().any(|x| !x.is_finite()))
+        {
             return Err(format!("[[views]] {} has not the board's {corners} corners", view.file));
         }
         self.parameter_covariance().map(drop)
@@ -299,7 +196,8 @@ impl CalibrationFile {
         let (Some(intrinsics), Some(size_px)) = (self.intrinsics(), self.size_px()) else {
             return Err("has no [camera]: make it with `seamtrack calibrate camera`".into());
         };
-        let covariance = self.parameter_covariance()?.map(|c| c.fixed_view::<INTRINSICS, INTRINSICS>(0, 0).into_owned());
+        let covariance =
+            self.parameter_covariance()?.map(|c| c.fixed_view::<INTRINSICS, INTRINSICS>(0, 0).into_owned());
         let rms_px = self.camera.and_then(|camera| camera.rms_px).filter(|rms_px| *rms_px > 0.0);
         Ok(KnownCamera { size_px, intrinsics, covariance, views: self.sightings(), rms_px })
     }
@@ -321,7 +219,8 @@ impl CalibrationFile {
     pub fn laser_camera(&self) -> Result<LaserCamera, String> {
         let camera = self.known_camera()?;
         let laser = self.laser.ok_or("has no [laser] plane: make it with `seamtrack calibrate laser`")?;
-        let plane = LaserPlane::new(Vector3::from(laser.normal), laser.distance_mm).map_err(|e| format!("[laser] {e}"))?;
+        let plane =
+            LaserPlane::new(Vector3::from(laser.normal), laser.distance_mm).map_err(|e| format!("[laser] {e}"))?;
         let range = self.range.map(|r| CalibratedRange {
             u_px: r.u_px,
             v_px: r.v_px,
@@ -341,7 +240,8 @@ impl CalibrationFile {
         let Some(section) = &self.covariance else { return Ok(None) };
         let known: Vec<&str> = INTRINSIC_NAMES.into_iter().chain(PLANE_NAMES).collect();
         let count = section.parameters.len();
-        let expected = section.parameters.iter().zip(&known).all(|(a, b)| a == b) && (count == INTRINSICS || count == PARAMETERS);
+        let expected =
+            section.parameters.iter().zip(&known).all(|(a, b)| a == b) && (count == INTRINSICS || count == PARAMETERS);
         let square = section.matrix.len() == count && section.matrix.iter().all(|row| row.len() == count);
         if !expected || !square {
             return Err(format!("[covariance] must be a square matrix over {}", known.join(", ")));
@@ -350,7 +250,10 @@ impl CalibrationFile {
         for i in 0..count {
             for j in 0..count {
                 let (value, mirrored) = (section.matrix[i][j], section.matrix[j][i]);
-                if !value.is_finite() || (value - mirrored).abs() > 1e-6 * (value.abs() + mirrored.abs()) || (i == j && value < 0.0) {
+                if !value.is_finite()
+                    || (value - mirrored).abs() > 1e-6 * (value.abs() + mirrored.abs())
+                    || (i == j && value < 0.0)
+                {
                     return Err("[covariance] must be symmetric, with finite numbers and no variance below 0".into());
                 }
                 covariance[(i, j)] = value;
@@ -421,7 +324,12 @@ pub fn check_hand_eye(matrix: &[[f64; 4]; 4]) -> Result<(), String> {
     let last = (m.row(3) - nalgebra::RowVector4::new(0.0, 0.0, 0.0, 1.0)).abs().max();
     let rigid = off < ROTATION_TOLERANCE && last < ROTATION_TOLERANCE && rotation.determinant() > 0.0;
     let finite = m.iter().all(|x| x.is_finite());
-    if rigid && finite { Ok(()) } else { Err("the hand-eye matrix is no rigid motion: 4 rows of 4 numbers, a rotation, a shift in mm, and 0 0 0 1".into()) }
+    if rigid && finite {
+        Ok(())
+    } else {
+        Err("the hand-eye matrix is no rigid motion: 4 rows of 4 numbers, a rotation, a shift in mm, and 0 0 0 1"
+            .into())
+    }
 }
 
 /// The day of a number of seconds since 1970, UTC, as yyyy-mm-dd (Hinnant, chrono-compatible low-level date algorithms).
@@ -459,7 +367,8 @@ mod tests {
         covariance[(0, 1)] = 0.1;
         covariance[(1, 0)] = 0.1;
         file.set_covariance(&covariance);
-        file.range = Some(RangeSection { u_px: [0.0, 9.0], v_px: [1.0, 2.0], lateral_mm: [-1.0, 1.0], height_mm: [-3.0, -2.0] });
+        file.range =
+            Some(RangeSection { u_px: [0.0, 9.0], v_px: [1.0, 2.0], lateral_mm: [-1.0, 1.0], height_mm: [-3.0, -2.0] });
         file.seal("2026-11-25".into());
         let again = CalibrationFile::parse(&file.to_toml().unwrap()).unwrap();
         assert_eq!(again, file);
@@ -474,7 +383,13 @@ mod tests {
         assert!(problem("schema_version = 1", "schema_version = 9").contains("schema_version 9"));
         assert!(problem("[0.02, 0.927, 0.375]", "[0.0, 0.0, 0.0]").contains("[laser]"));
         assert!(problem("[image]\nwidth = 1000\nheight = 750\n", "").contains("[image]"));
-        assert!(CalibrationFile::parse("schema_version = 1").unwrap().laser_camera().unwrap_err().contains("calibrate camera"));
+        assert!(
+            CalibrationFile::parse("schema_version = 1")
+                .unwrap()
+                .laser_camera()
+                .unwrap_err()
+                .contains("calibrate camera")
+        );
         assert!(CalibrationFile::parse("nonsense").is_err());
     }
 

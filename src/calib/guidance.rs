@@ -11,17 +11,8 @@ const DEPTH_RATIO: f64 = 1.3;
 /// The picture in this many parts a side; corners should be seen in each.
 const PARTS: usize = 3;
 /// Names of the parts, row by row.
-const PLACES: [&str; PARTS * PARTS] = [
-    "top left",
-    "top",
-    "top right",
-    "left",
-    "middle",
-    "right",
-    "bottom left",
-    "bottom",
-    "bottom right",
-];
+const PLACES: [&str; PARTS * PARTS] =
+    ["top left", "top", "top right", "left", "middle", "right", "bottom left", "bottom", "bottom right"];
 
 /// What is missing, one sentence each; empty when nothing is.
 #[must_use]
@@ -32,7 +23,8 @@ pub fn advice(size_px: (usize, usize), views: &[(&BoardSighting, Pose)]) -> Vec<
     }
     let normals = views.iter().map(|(_, pose)| if pose.normal().z < 0.0 { -pose.normal() } else { pose.normal() });
     let tilts: Vec<(f64, f64)> = normals.map(|n| (n.x.atan2(n.z).to_degrees(), n.y.atan2(n.z).to_degrees())).collect();
-    let sides: [(&str, fn(&(f64, f64)) -> f64); 4] = [
+    type Tilt = fn(&(f64, f64)) -> f64;
+    let sides: [(&str, Tilt); 4] = [
         ("left side away from the camera", |t| t.0),
         ("right side away from the camera", |t| -t.0),
         ("upper side away from the camera", |t| t.1),
@@ -41,7 +33,9 @@ pub fn advice(size_px: (usize, usize), views: &[(&BoardSighting, Pose)]) -> Vec<
     for (side, tilt) in sides {
         let most = tilts.iter().map(tilt).fold(0.0, f64::max);
         if most < TILT_DEG {
-            advice.push(format!("no board has its {side} by {TILT_DEG:.0}° (most {most:.0}°): tilt one that way by 20° to 40°"));
+            advice.push(format!(
+                "no board has its {side} by {TILT_DEG:.0}° (most {most:.0}°): tilt one that way by 20° to 40°"
+            ));
         }
     }
     let depths = || views.iter().map(|(_, pose)| pose.translation_mm.z);
@@ -49,9 +43,13 @@ pub fn advice(size_px: (usize, usize), views: &[(&BoardSighting, Pose)]) -> Vec<
     if far < DEPTH_RATIO * near {
         advice.push(format!("all boards stand between {near:.0} and {far:.0} mm: bring some nearer or farther"));
     }
-    let empty: Vec<&str> = (0..PARTS * PARTS).filter(|&part| !is_seen(size_px, views, part)).map(|part| PLACES[part]).collect();
+    let empty: Vec<&str> =
+        (0..PARTS * PARTS).filter(|&part| !is_seen(size_px, views, part)).map(|part| PLACES[part]).collect();
     if !empty.is_empty() {
-        advice.push(format!("no corner was seen in the picture's {}: nothing is known of the lens there", empty.join(", ")));
+        advice.push(format!(
+            "no corner was seen in the picture's {}: nothing is known of the lens there",
+            empty.join(", ")
+        ));
     }
     advice
 }

@@ -5,7 +5,8 @@ use super::laser_camera::LaserCamera;
 use super::yaml::Yaml;
 
 /// Names that OpenCV's examples and users give the camera's matrix and its distortion.
-const MATRICES: [&str; 6] = ["camera_matrix.data", "K.data", "M.data", "Camera_Matrix.data", "cameraMatrix.data", "M1.data"];
+const MATRICES: [&str; 6] =
+    ["camera_matrix.data", "K.data", "M.data", "Camera_Matrix.data", "cameraMatrix.data", "M1.data"];
 const DISTORTIONS: [&str; 7] = [
     "distortion_coefficients.data",
     "D.data",
@@ -43,7 +44,9 @@ pub fn import_camera(text: &str) -> Result<Imported, String> {
     if skew != 0.0 || zero_a != 0.0 || zero_b != 0.0 || zero_c != 0.0 || one != 1.0 {
         return Err("its camera matrix is not fx 0 cx, 0 fy cy, 0 0 1".into());
     }
-    if let Some(model) = yaml.word("distortion_model").filter(|model| !["plumb_bob", "rational_polynomial", "radtan"].contains(model)) {
+    if let Some(model) =
+        yaml.word("distortion_model").filter(|model| !["plumb_bob", "rational_polynomial", "radtan"].contains(model))
+    {
         return Err(format!("its distortion model {model} is another than the one with k1 k2 p1 p2 k3"));
     }
     let distortion = yaml.numbers(&DISTORTIONS)?.unwrap_or_default();
@@ -58,19 +61,25 @@ pub fn import_camera(text: &str) -> Result<Imported, String> {
 }
 
 fn kalibr(yaml: &Yaml, intrinsics: &[f64]) -> Result<Imported, String> {
-    let model = (yaml.word("cam0.camera_model").unwrap_or("pinhole"), yaml.word("cam0.distortion_model").unwrap_or("radtan"));
+    let model =
+        (yaml.word("cam0.camera_model").unwrap_or("pinhole"), yaml.word("cam0.distortion_model").unwrap_or("radtan"));
     if model.0 != "pinhole" || !["radtan", "none"].contains(&model.1) {
         return Err(format!("its camera is {} with {}: only pinhole with radtan is read", model.0, model.1));
     }
     let &[fx, fy, cx, cy] = intrinsics else { return Err("cam0.intrinsics must be fx, fy, cx, cy".into()) };
     let distortion = yaml.numbers(&["cam0.distortion_coeffs"])?.unwrap_or_default();
-    let size_px = yaml.numbers(&["cam0.resolution"])?.filter(|size| size.len() == 2).map(|size| (size[0] as usize, size[1] as usize));
+    let size_px = yaml
+        .numbers(&["cam0.resolution"])?
+        .filter(|size| size.len() == 2)
+        .map(|size| (size[0] as usize, size[1] as usize));
     Ok(Imported { intrinsics: with_distortion([fx, fy, cx, cy], &distortion)?, size_px, dialect: "Kalibr" })
 }
 
 fn with_distortion([fx, fy, cx, cy]: [f64; 4], distortion: &[f64]) -> Result<Intrinsics, String> {
     if distortion.iter().skip(5).any(|term| *term != 0.0) {
-        return Err("its distortion has terms beyond k1 k2 p1 p2 k3 (rational or thin prism): calibrate with five terms".into());
+        return Err(
+            "its distortion has terms beyond k1 k2 p1 p2 k3 (rational or thin prism): calibrate with five terms".into(),
+        );
     }
     let term = |i: usize| distortion.get(i).copied().unwrap_or(0.0);
     let intrinsics = Intrinsics::from_array([fx, fy, cx, cy, term(0), term(1), term(2), term(3), term(4)]);
@@ -83,7 +92,10 @@ pub fn to_opencv(camera: &Intrinsics, size_px: (usize, usize), sensor: Option<&L
     let [fx, fy, cx, cy, k1, k2, p1, p2, k3] = camera.to_array();
     let matrix = |name: &str, rows: usize, cols: usize, data: &[f64]| {
         let data: Vec<String> = data.iter().map(|x| format!("{x:e}")).collect();
-        format!("{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {cols}\n   dt: d\n   data: [ {} ]\n", data.join(", "))
+        format!(
+            "{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {cols}\n   dt: d\n   data: [ {} ]\n",
+            data.join(", ")
+        )
     };
     let mut text = format!("%YAML:1.0\n---\nimage_width: {}\nimage_height: {}\n", size_px.0, size_px.1);
     text += &matrix("camera_matrix", 3, 3, &[fx, 0.0, cx, 0.0, fy, cy, 0.0, 0.0, 1.0]);
@@ -119,7 +131,9 @@ mod tests {
 
     #[test]
     fn what_is_exported_is_imported_again() {
-        for (text, dialect) in [(to_opencv(&LENS, (1000, 750), None), "OpenCV"), (to_ros(&LENS, (1000, 750), "left cam"), "ROS")] {
+        for (text, dialect) in
+            [(to_opencv(&LENS, (1000, 750), None), "OpenCV"), (to_ros(&LENS, (1000, 750), "left cam"), "ROS")]
+        {
             let imported = import_camera(&text).unwrap();
             assert_eq!(imported, Imported { intrinsics: LENS, size_px: Some((1000, 750)), dialect });
         }

@@ -154,7 +154,8 @@ impl Intrinsics {
             }
         }
         let (d, jacobian) = self.distort(n);
-        (n.iter().all(|x| x.is_finite()) && (d - target).norm() < UNDISTORT_MISS && jacobian.determinant() > 0.0).then_some(n)
+        (n.iter().all(|x| x.is_finite()) && (d - target).norm() < UNDISTORT_MISS && jacobian.determinant() > 0.0)
+            .then_some(n)
     }
 
     /// [`Self::ray`] and its derivatives by the pixel \[1/px\].

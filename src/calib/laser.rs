@@ -131,7 +131,8 @@ pub fn fit_laser(
     free[INTRINSICS..].fill(true);
     let corner_sigma_px = camera.rms_px.map_or(CORNER_SIGMA_PX, |rms_px| rms_px / 2f64.sqrt());
     let mut problem = Problem { weights: vec![1.0; sightings.len()], sightings, corner_sigma_px, free };
-    let poses = all.iter().zip(&problem.sightings).map(|(s, sighting)| board_pose(&camera.intrinsics, &board_mm, s, sighting));
+    let poses =
+        all.iter().zip(&problem.sightings).map(|(s, sighting)| board_pose(&camera.intrinsics, &board_mm, s, sighting));
     let poses: Vec<Pose> = poses.collect::<Result<_, _>>()?;
     let plane = first_plane(&camera.intrinsics, &poses[first..], &views)?;
     let mut state = State { intrinsics: camera.intrinsics, plane: Some(plane), poses };
@@ -209,7 +210,9 @@ pub fn offsets_mm(camera: &Intrinsics, plane: &LaserPlane, pose: &Pose, stripe: 
 /// What a millimetre off the plane means in height, at the middle of a stripe \[mm/mm\].
 #[must_use]
 pub fn height_per_mm(sensor: &LaserCamera, stripe: &StripeLineSeen) -> f64 {
-    let Some(point) = stripe.pixels.get(stripe.pixels.len() / 2).and_then(|p| sensor.camera_point_mm(*p)) else { return 0.0 };
+    let Some(point) = stripe.pixels.get(stripe.pixels.len() / 2).and_then(|p| sensor.camera_point_mm(*p)) else {
+        return 0.0;
+    };
     // A plane moved by 1 mm moves its meeting with the ray by 1/(n · ray) along the ray.
     let ray = point.normalize();
     (ray.dot(&sensor.axes().height) / ray.dot(&sensor.plane().normal())).abs()
@@ -355,7 +358,8 @@ fn advice(sensor: &LaserCamera, views: &[LaserView], poses: usize, jointly: bool
         ));
     }
     if !jointly {
-        let known = if camera.covariance.is_some() { "was not fitted again" } else { "is taken as exact, which no camera is" };
+        let known =
+            if camera.covariance.is_some() { "was not fitted again" } else { "is taken as exact, which no camera is" };
         advice.push(format!("the camera's own views are not in its file, so it {known}"));
     }
     // The part of the range in which fewest stripes lie.
@@ -366,7 +370,9 @@ fn advice(sensor: &LaserCamera, views: &[LaserView], poses: usize, jointly: bool
             let (from, to) = (range.height_mm[0] + part as f64 * step, range.height_mm[0] + (part as f64 + 1.0) * step);
             let crossing = views.iter().filter(|v| v.height_mm[0] < to && v.height_mm[1] > from).count();
             if crossing < 2 {
-                advice.push(format!("only {crossing} stripe lies between {from:.0} and {to:.0} mm of height: add a board there"));
+                advice.push(format!(
+                    "only {crossing} stripe lies between {from:.0} and {to:.0} mm of height: add a board there"
+                ));
             }
         }
     }

@@ -144,7 +144,11 @@ impl LaserCamera {
     /// How the stripe of a flat plate runs through the picture.
     #[must_use]
     pub fn stripe_axis(&self) -> StripeAxis {
-        if self.axes.lateral.x.abs() >= self.axes.lateral.y.abs() { StripeAxis::Horizontal } else { StripeAxis::Vertical }
+        if self.axes.lateral.x.abs() >= self.axes.lateral.y.abs() {
+            StripeAxis::Horizontal
+        } else {
+            StripeAxis::Vertical
+        }
     }
 
     /// The point of the camera frame that a pixel of the stripe shows \[mm\]. None where its ray does not meet the plane

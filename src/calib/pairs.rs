@@ -23,7 +23,8 @@ const LIT_WORDS: [&str; 6] = ["laser", "on", "stripe", "line", "lit", "light"];
 pub fn pair_by_name(names: &[String]) -> Result<Vec<Pair>, String> {
     let mut by_number: BTreeMap<u64, Vec<usize>> = BTreeMap::new();
     for (i, name) in names.iter().enumerate() {
-        let number = last_number(name).ok_or_else(|| format!("{name} has no number to pair it by: give --pairs LIST.csv"))?;
+        let number =
+            last_number(name).ok_or_else(|| format!("{name} has no number to pair it by: give --pairs LIST.csv"))?;
         by_number.entry(number).or_default().push(i);
     }
     if by_number.values().all(|same| same.len() == 1) {
@@ -69,7 +70,12 @@ pub fn pair_by_list(list: &str, names: &[String]) -> Result<Vec<Pair>, String> {
             (Some(&[lit]), _) => pairs.push(Pair { lit, dark: None }),
             (Some(&[dark, lit]), _) => pairs.push(Pair { lit, dark: Some(dark) }),
             (None, 1 | 2) if i == 0 && cells.iter().all(|cell| number(cell).is_none() && !cell.contains('.')) => {}
-            _ => return Err(format!("line {} of the list, {line}: expected dark,lit with names of pictures in the folder", i + 1)),
+            _ => {
+                return Err(format!(
+                    "line {} of the list, {line}: expected dark,lit with names of pictures in the folder",
+                    i + 1
+                ));
+            }
         }
     }
     if pairs.is_empty() { Err("the list names no pictures".into()) } else { Ok(pairs) }
@@ -101,7 +107,8 @@ mod tests {
 
     #[test]
     fn pictures_are_paired_by_number_and_word() {
-        let pairs = pair_by_name(&names(&["checker_01.jpg", "checker_02.jpg", "laser_01.jpg", "laser_02.jpg"])).unwrap();
+        let pairs =
+            pair_by_name(&names(&["checker_01.jpg", "checker_02.jpg", "laser_01.jpg", "laser_02.jpg"])).unwrap();
         assert_eq!(pairs, [Pair { lit: 2, dark: Some(0) }, Pair { lit: 3, dark: Some(1) }]);
         let pairs = pair_by_name(&names(&["03_laser_off.png", "03_laser_on.png"])).unwrap();
         assert_eq!(pairs, [Pair { lit: 1, dark: Some(0) }]);

@@ -37,7 +37,9 @@ pub enum PlaneError {
     #[error("the laser plane's normal and distance must be finite numbers, and the normal longer than 0")]
     NotFinite,
     /// The plane is parallel to the image.
-    #[error("the laser plane faces the camera, so a stripe in it shows no height: it cannot be the plane of a stripe sensor")]
+    #[error(
+        "the laser plane faces the camera, so a stripe in it shows no height: it cannot be the plane of a stripe sensor"
+    )]
     FacesCamera,
     /// The plane holds the camera's centre.
     #[error("the laser plane passes through the camera's centre, so nothing can be triangulated with it")]
@@ -56,8 +58,7 @@ impl LaserPlane {
             return Err(PlaneError::NotFinite);
         }
         let sign = if normal[normal.iamax()] < 0.0 { -1.0 } else { 1.0 };
-        let plane =
-            Self { normal: Unit::new_normalize(sign * normal), distance_mm: sign * distance_mm / length };
+        let plane = Self { normal: Unit::new_normalize(sign * normal), distance_mm: sign * distance_mm / length };
         if plane.normal.z.abs() > FACING {
             return Err(PlaneError::FacesCamera);
         }
@@ -154,7 +155,10 @@ mod tests {
         let axes = plane.axes();
         let near = axes.plane_from_camera(&plane.meet(Vector2::new(0.1, -0.02)).unwrap());
         let far = axes.plane_from_camera(&plane.meet(Vector2::new(0.1, 0.02)).unwrap());
-        assert!((near.y > far.y) == (plane.meet(Vector2::new(0.1, -0.02)).unwrap().z < plane.meet(Vector2::new(0.1, 0.02)).unwrap().z));
+        assert!(
+            (near.y > far.y)
+                == (plane.meet(Vector2::new(0.1, -0.02)).unwrap().z < plane.meet(Vector2::new(0.1, 0.02)).unwrap().z)
+        );
         approx::assert_relative_eq!(axes.lateral.x, 1.0, epsilon = 1e-12);
         assert!(near.y < 0.0 && near.x > 0.0);
         let back = axes.camera_from_plane(near.x, near.y);

@@ -127,9 +127,13 @@ mod tests {
 
     #[test]
     fn focal_length_and_pose_are_found_from_corners_without_noise() {
-        let camera = Intrinsics { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0, ..Intrinsics::pinhole(1250.0, (1000, 750)) };
+        let camera =
+            Intrinsics { k1: 0.0, k2: 0.0, p1: 0.0, p2: 0.0, k3: 0.0, ..Intrinsics::pinhole(1250.0, (1000, 750)) };
         let board = BoardSize::new(6, 7).unwrap().points_mm(15.0);
-        let pose = Pose { rotation: Rotation3::new(Vector3::new(0.3, -0.4, 0.2)), translation_mm: Vector3::new(5.0, -8.0, 260.0) };
+        let pose = Pose {
+            rotation: Rotation3::new(Vector3::new(0.3, -0.4, 0.2)),
+            translation_mm: Vector3::new(5.0, -8.0, 260.0),
+        };
         let seen = |camera: &Intrinsics| -> Vec<Vector2<f64>> {
             let pixel = |p| camera.project(&pose.camera_from_board(p)).unwrap();
             board.iter().map(pixel).map(|p| Vector2::new(p.u_px, p.v_px)).collect()

@@ -24,7 +24,11 @@ const LEAST_SHARE: f64 = 0.9;
 ///
 /// # Errors
 /// When more than a tenth of the draws have no fit.
-pub fn draws(problem: &Problem, state: &State, pose_of: &[usize]) -> Result<Vec<SVector<f64, PARAMETERS>>, AdjustError> {
+pub fn draws(
+    problem: &Problem,
+    state: &State,
+    pose_of: &[usize],
+) -> Result<Vec<SVector<f64, PARAMETERS>>, AdjustError> {
     let poses = pose_of.iter().max().map_or(0, |last| last + 1);
     let fits: Vec<Option<SVector<f64, PARAMETERS>>> = (0..DRAWS)
         .into_par_iter()

@@ -25,7 +25,9 @@ pub enum ScaleError {
     #[error("{0} positions are too few: {LEAST_POSITIONS} or more, spread evenly over the picture")]
     TooFew(usize),
     /// Too near to one another.
-    #[error("the positions span {0:.1} px, {LEAST_SPAN_PX} is the least: spread them over the part of the picture that you use")]
+    #[error(
+        "the positions span {0:.1} px, {LEAST_SPAN_PX} is the least: spread them over the part of the picture that you use"
+    )]
     TooNear(f64),
     /// Nearly all at one place.
     #[error("one position, {:.2} mm, decides the scale by itself ({:.0} % of the line): spread the positions evenly", .0, 100.0 * .1)]
@@ -104,7 +106,9 @@ pub fn fit_scale(positions: &[Position]) -> Result<ScaleFit, ScaleError> {
     let std_mm_per_px = (variance_px2 / spread).sqrt() * mm_per_px * mm_per_px;
     // The slope of what was seen must be more than what the scatter makes.
     if slope.abs() < 3.0 * (variance_px2 / spread).sqrt() {
-        return Err(ScaleError::NoScale("the coordinate does not follow the displacement; is it the right column, and the right recording?"));
+        return Err(ScaleError::NoScale(
+            "the coordinate does not follow the displacement; is it the right column, and the right recording?",
+        ));
     }
     let worst = positions.iter().max_by(|a, b| residual_px(a).abs().total_cmp(&residual_px(b).abs()));
     let held_out_mm =
@@ -133,7 +137,10 @@ mod tests {
         let mut random = Pcg32::new(seed, 1);
         let noise = |random: &mut Pcg32| -> f64 { StandardNormal.sample(random) };
         (0..count)
-            .map(|i| Position { px: 100.0 + 40.0 * i as f64 + noise_px * noise(&mut random), mm: 0.08 * 40.0 * i as f64 })
+            .map(|i| Position {
+                px: 100.0 + 40.0 * i as f64 + noise_px * noise(&mut random),
+                mm: 0.08 * 40.0 * i as f64,
+            })
             .collect()
     }
 

@@ -19,6 +19,9 @@ const MARGIN_SQUARES: f64 = 0.9;
 /// Least contrast of the stripe \[grey\]; black squares give back a quarter of the light.
 const LEAST_CONTRAST_GREY: f32 = 10.0;
 const LEAST_CONTRAST_RATIO: f32 = 0.08;
+/// The centroid reaches down to this share of the peak. Chosen: speckle tears the peak, so the flanks must have their say; a
+/// board and a plate have no plume that would pull them.
+pub const BAND_RATIO: f32 = 0.15;
 /// Shares of a picture's pixels darker than a white square, and than the stripe: 100 rows of 4 px in two megapixels are
 /// .02 %.
 const WHITE_SHARE: f64 = 0.95;
@@ -165,6 +168,7 @@ fn centreline(frame: &GrayFrame) -> Vec<PixelPoint> {
     let settings = CentrelineSettings {
         least_contrast_grey: LEAST_CONTRAST_GREY,
         least_contrast_ratio: LEAST_CONTRAST_RATIO,
+        band_ratio: BAND_RATIO,
         ..CentrelineSettings::default()
     };
     let Some(path) = stripe_path(frame) else { return vec![] };
@@ -245,7 +249,12 @@ fn fit(camera: &Intrinsics, axis: StripeAxis, pixels: &[PixelPoint]) -> Option<S
         Some(StripeSupport { pixel: at, across: Vector2::new(-direction.y, direction.x), sigma_px })
     };
     let supports = [support(mean - reach)?, support(mean + reach)?];
-    Some(StripeLineSeen { pixels: on_line.into_iter().map(|(p, _)| *p).collect(), scatter_px, independent_rows, supports })
+    Some(StripeLineSeen {
+        pixels: on_line.into_iter().map(|(p, _)| *p).collect(),
+        scatter_px,
+        independent_rows,
+        supports,
+    })
 }
 
 /// The line with the most points near it, of pairs at fixed places of the list.

@@ -7,10 +7,10 @@ use super::board::BoardSize;
 use super::corners::{Corners, find_near, find_sized};
 use super::detect::{BoardSighting, Picture, Pictures, STRIPE_REACH_PX};
 use super::error::CalibrationError;
+use super::intrinsics::Intrinsics;
 use super::laser::StripeView;
 use super::laser_camera::OtherImageSize;
 use super::pairs::Pair;
-use super::intrinsics::Intrinsics;
 use super::stripe::find_stripe;
 
 /// A pose needs this many corners away from the stripe.
@@ -37,7 +37,9 @@ pub fn find_stripes(
         match found? {
             Err(reason) => left_out.push(reason),
             Ok(view) => match views.iter().find(|other| other.board.sha256 == view.board.sha256) {
-                Some(other) => left_out.push(format!("{} is the same picture as {}", view.board.name, other.board.name)),
+                Some(other) => {
+                    left_out.push(format!("{} is the same picture as {}", view.board.name, other.board.name))
+                }
                 None => views.push(view),
             },
         }

@@ -28,7 +28,9 @@ mod tests {
 
     #[test]
     fn the_factors_are_those_of_the_tables() {
-        for (freedom, factor) in [(1.0, 12.706), (2.0, 4.303), (3.0, 3.182), (5.0, 2.571), (10.0, 2.228), (100.0, 1.984)] {
+        for (freedom, factor) in
+            [(1.0, 12.706), (2.0, 4.303), (3.0, 3.182), (5.0, 2.571), (10.0, 2.228), (100.0, 1.984)]
+        {
             assert!((student_95(freedom) / factor - 1.0).abs() < 0.01, "{freedom}");
         }
     }

@@ -75,7 +75,13 @@ impl Travel {
         if self.pieces.is_empty() {
             self.pieces = pieces(frame, self.axis);
         }
-        let fine = contrast(frame.width_px(), frame.height_px(), frame.pixels().iter().map(|&g| f32::from(g)).collect(), SMOOTH_HALF_PX, MEAN_HALF_PX);
+        let fine = contrast(
+            frame.width_px(),
+            frame.height_px(),
+            frame.pixels().iter().map(|&g| f32::from(g)).collect(),
+            SMOOTH_HALF_PX,
+            MEAN_HALF_PX,
+        );
         let coarse = reduced(frame);
         let moved = match &self.last {
             None => Moved::First,
@@ -165,13 +171,19 @@ fn contrast(width: usize, height: usize, values: Vec<f32>, near: usize, far: usi
 }
 
 /// The shift of largest correlation within `reach` of `start`, with a parabola through it, and the correlation.
-fn best_shift((from, to): (&Contrast, &Contrast), piece: Piece, start: (isize, isize), reach: isize) -> Option<(Vector2<f64>, f64)> {
+fn best_shift(
+    (from, to): (&Contrast, &Contrast),
+    piece: Piece,
+    start: (isize, isize),
+    reach: isize,
+) -> Option<(Vector2<f64>, f64)> {
     let side = 2 * reach + 1;
     let mut all = vec![f64::NEG_INFINITY; (side * side) as usize];
     for dv in -reach..=reach {
         for du in -reach..=reach {
             let shift = (start.0 + du, start.1 + dv);
-            all[((dv + reach) * side + du + reach) as usize] = correlation(from, to, piece, shift).unwrap_or(f64::NEG_INFINITY);
+            all[((dv + reach) * side + du + reach) as usize] =
+                correlation(from, to, piece, shift).unwrap_or(f64::NEG_INFINITY);
         }
     }
     let best = (0..all.len()).max_by(|a, b| all[*a].total_cmp(&all[*b]))?;

@@ -21,6 +21,16 @@ pub struct UncertaintyMap {
     pub sigma_px: Vec<f64>,
 }
 
+/// A point in space, and how its pixel moves with a rigid motion.
+struct Probe {
+    /// Its place of the map; none for the nearer and the farther points, which only hold the rigid motion.
+    place: Option<usize>,
+    is_seen: bool,
+    point: Vector3<f64>,
+    pixel: Vector2<f64>,
+    by_motion: SMatrix<f64, 2, 6>,
+}
+
 /// The map of a camera from draws of its parameters (differences from `camera`), for points between `depths_mm`. The rigid
 /// motion is fitted where corners were `seen` (least and largest column and row).
 #[must_use]
@@ -37,35 +47,38 @@ pub fn uncertainty_map(
         PixelPoint::new(u, row as f64 / (ROWS - 1) as f64 * (size_px.1 as f64 - 1.0))
     };
     let middle_mm = 0.5 * (depths_mm[0] + depths_mm[1]);
-    let mut points: Vec<(usize, bool, Vector3<f64>, Vector2<f64>, SMatrix<f64, 2, 6>)> = vec![];
+    let mut probes: Vec<Probe> = vec![];
     for i in 0..COLUMNS * ROWS {
         let pixel = place(i);
         let Some(ray) = camera.ray(pixel) else { continue };
-        let is_seen = (seen[0][0]..=seen[0][1]).contains(&pixel.u_px) && (seen[1][0]..=seen[1][1]).contains(&pixel.v_px);
+        let is_seen =
+            (seen[0][0]..=seen[0][1]).contains(&pixel.u_px) && (seen[1][0]..=seen[1][1]).contains(&pixel.v_px);
         for depth in [depths_mm[0], middle_mm, depths_mm[1]] {
             let point = Vector3::new(ray.x, ray.y, 1.0) * depth;
             let at = camera.project_with_derivatives(&point)?;
             let mut by_motion = SMatrix::<f64, 2, 6>::zeros();
             by_motion.fixed_columns_mut::<3>(0).copy_from(&(-at.by_point * point.cross_matrix()));
             by_motion.fixed_columns_mut::<3>(3).copy_from(&at.by_point);
-            // A place has three depths; its uncertainty is that of the middle one.
-            points.push((if depth == middle_mm { i } else { usize::MAX }, is_seen, point, at.pixel, by_motion));
+            let place = (depth == middle_mm).then_some(i);
+            probes.push(Probe { place, is_seen, point, pixel: at.pixel, by_motion });
         }
     }
-    let normal: Matrix6<f64> = points.iter().filter(|p| p.1).map(|p| p.4.transpose() * p.4).sum();
+    let normal: Matrix6<f64> = probes.iter().filter(|p| p.is_seen).map(|p| p.by_motion.transpose() * p.by_motion).sum();
     let inverse = normal.try_inverse()?;
     let mut squares = vec![0.0; COLUMNS * ROWS];
     for draw in draws {
         let mut varied = camera.to_array();
         varied.iter_mut().zip(draw).for_each(|(value, by)| *value += by);
         let varied = Intrinsics::from_array(varied);
-        let shift = |point: &Vector3<f64>, pixel: &Vector2<f64>| {
-            varied.project(point).map_or(Vector2::zeros(), |p| Vector2::new(p.u_px, p.v_px) - pixel)
+        let shift = |probe: &Probe| {
+            let seen = varied.project(&probe.point);
+            seen.map_or(Vector2::zeros(), |p| Vector2::new(p.u_px, p.v_px) - probe.pixel)
         };
-        let right: Vector6<f64> = points.iter().filter(|p| p.1).map(|p| p.4.transpose() * shift(&p.2, &p.3)).sum();
+        let seen = probes.iter().filter(|probe| probe.is_seen);
+        let right: Vector6<f64> = seen.map(|probe| probe.by_motion.transpose() * shift(probe)).sum();
         let motion = inverse * right;
-        for (place, _, point, pixel, by_motion) in points.iter().filter(|p| p.0 != usize::MAX) {
-            squares[*place] += (shift(point, pixel) - by_motion * motion).norm_squared();
+        for (place, probe) in probes.iter().filter_map(|probe| Some((probe.place?, probe))) {
+            squares[place] += (shift(probe) - probe.by_motion * motion).norm_squared();
         }
     }
     let count = draws.len().max(1) as f64;
@@ -78,7 +91,8 @@ impl UncertaintyMap {
     pub fn middle_and_worst_px(&self) -> (f64, f64) {
         let is_middle = |i: usize| {
             let (column, row) = (i % COLUMNS, i / COLUMNS);
-            (COLUMNS / 4..=COLUMNS - 1 - COLUMNS / 4).contains(&column) && (ROWS / 4..=ROWS - 1 - ROWS / 4).contains(&row)
+            (COLUMNS / 4..=COLUMNS - 1 - COLUMNS / 4).contains(&column)
+                && (ROWS / 4..=ROWS - 1 - ROWS / 4).contains(&row)
         };
         let largest = |all: &mut dyn Iterator<Item = f64>| all.fold(0.0, f64::max);
         let middle = largest(&mut self.sigma_px.iter().enumerate().filter(|(i, _)| is_middle(*i)).map(|(_, s)| *s));
@@ -99,7 +113,8 @@ mod tests {
             vec![draw]
         };
         let seen = [[0.0, 999.0], [0.0, 749.0]];
-        let map = |draws: &[[f64; INTRINSICS]]| uncertainty_map(&LENS, draws, (1000, 750), [220.0, 280.0], seen).unwrap();
+        let map =
+            |draws: &[[f64; INTRINSICS]]| uncertainty_map(&LENS, draws, (1000, 750), [220.0, 280.0], seen).unwrap();
         let (_, shifted) = map(&draw(2, 1.0)).middle_and_worst_px();
         assert!(shifted < 0.25, "{shifted}: a pixel of the principal point is a turn of the camera");
         let (middle, rim) = map(&draw(4, 0.01)).middle_and_worst_px();

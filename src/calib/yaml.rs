@@ -66,7 +66,9 @@ impl Yaml {
     /// # Errors
     /// When one is no finite number.
     pub fn numbers(&self, paths: &[&str]) -> Result<Option<Vec<f64>>, String> {
-        let Some((path, words)) = paths.iter().find_map(|path| Some((path, self.0.get(*path)?))) else { return Ok(None) };
+        let Some((path, words)) = paths.iter().find_map(|path| Some((path, self.0.get(*path)?))) else {
+            return Ok(None);
+        };
         let number = |word: &String| word.parse::<f64>().ok().filter(|x| x.is_finite());
         let numbers: Option<Vec<f64>> = words.iter().map(number).collect();
         numbers.map(Some).ok_or_else(|| format!("{path} holds something that is no finite number"))
@@ -80,7 +82,11 @@ impl Yaml {
 }
 
 fn without_comment(line: &str) -> &str {
-    if line.trim_start().starts_with('#') { "" } else { line.split_once(" #").map_or(line, |(before, _)| before).trim_end() }
+    if line.trim_start().starts_with('#') {
+        ""
+    } else {
+        line.split_once(" #").map_or(line, |(before, _)| before).trim_end()
+    }
 }
 
 #[cfg(test)]

@@ -80,7 +80,9 @@ impl Board {
         println!("{}: {columns} x {rows} squares, {} x {} inner corners", self.output.display(), columns - 1, rows - 1);
         println!("print it at 100 %, check the ruler, glue it to something flat");
         if (columns + rows) % 2 == 0 {
-            eprintln!("seamtrack: a board with one odd and one even number of squares shows which way round it lies; this one does not");
+            eprintln!(
+                "seamtrack: a board with one odd and one even number of squares shows which way round it lies; this one does not"
+            );
         }
         Ok(ExitCode::SUCCESS)
     }

@@ -69,10 +69,12 @@ fn a_rendered_sensor_is_calibrated_and_its_files_and_checks_agree() {
     let views: Vec<_> = laser.views.iter().map(|view| view.seen.clone()).collect();
     assert!(check_boards(&laser.sensor, (board(), SQUARE_MM), &views, 0.2).unwrap().is_good());
     let turned = laser.sensor.plane().varied([0.0, 0.026, 0.0]);
-    let moved = LaserCamera::new(camera.size_px, *laser.sensor.intrinsics(), turned, laser.sensor.range().copied(), None);
+    let moved =
+        LaserCamera::new(camera.size_px, *laser.sensor.intrinsics(), turned, laser.sensor.range().copied(), None);
     assert!(!check_boards(&moved, (board(), SQUARE_MM), &views, 0.2).unwrap().is_good());
     let lifted = LaserPlane::new(n, laser.sensor.plane().distance_mm() + 20.0).unwrap();
-    let lifted = LaserCamera::new(camera.size_px, *laser.sensor.intrinsics(), lifted, laser.sensor.range().copied(), None);
+    let lifted =
+        LaserCamera::new(camera.size_px, *laser.sensor.intrinsics(), lifted, laser.sensor.range().copied(), None);
     let out = check_plate(&lifted, &seen(&lifted), 0.2, 0.0).unwrap();
     assert!(!out.is_good(), "{out:?}");
 }

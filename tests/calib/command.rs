@@ -43,7 +43,9 @@ fn a_scale_comes_with_its_interval_and_refuses_what_determines_none() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     let rows = |count: usize| {
-        let row = |i: usize| format!("{:.2};{:.1}\n", 5.0 * i as f64, 812.0 - 5.0 * i as f64 / 0.2 + 0.3 * ((i * 7) % 5) as f64);
+        let row = |i: usize| {
+            format!("{:.2};{:.1}\n", 5.0 * i as f64, 812.0 - 5.0 * i as f64 / 0.2 + 0.3 * ((i * 7) % 5) as f64)
+        };
         "shift_mm;v_px\n".to_owned() + &(0..count).map(row).collect::<String>()
     };
     std::fs::write(path("gauge.csv"), rows(9)).unwrap();
@@ -52,7 +54,10 @@ fn a_scale_comes_with_its_interval_and_refuses_what_determines_none() {
     let scale = CalibrationFile::read(Path::new(&path("scale.toml"))).unwrap().scale.unwrap();
     assert!((scale.mm_per_px - 0.2).abs() < 0.002 && scale.axis == "v" && scale.std_mm_per_px > 0.0);
     std::fs::write(path("few.csv"), rows(3)).unwrap();
-    seamtrack(&["scale", &path("few.csv"), "-o", &path("few.toml")]).assert().code(1).stderr(contains("3 positions are too few"));
+    seamtrack(&["scale", &path("few.csv"), "-o", &path("few.toml")])
+        .assert()
+        .code(1)
+        .stderr(contains("3 positions are too few"));
     assert!(!Path::new(&path("few.toml")).exists());
 }
 
@@ -70,7 +75,10 @@ fn a_camera_goes_to_opencv_and_ros_and_comes_back() {
         assert_eq!(file.size_px(), Some((1000, 750)));
         assert_eq!(file.intrinsics().unwrap().k1, -0.11);
     }
-    seamtrack(&["import", &path("camera.toml"), "-o", &path("x.toml")]).assert().code(1).stderr(contains("camera.toml"));
+    seamtrack(&["import", &path("camera.toml"), "-o", &path("x.toml")])
+        .assert()
+        .code(1)
+        .stderr(contains("camera.toml"));
 }
 
 /// The whole way of a user: pictures in folders, three commands, a check, and pages beside the files.
@@ -118,17 +126,28 @@ fn boards_in_folders_become_a_calibration_that_passes_and_fails_its_checks() {
         save(&folder.path().join(name), "frame_0.png", &frame);
     }
     let in_plane = format!("{:.4}", 5.0 / scene.plane.axes().height.z.abs());
-    let step = seamtrack(&["check", &path("calibration.toml"), &path("step"), "--step", &in_plane, "--json"]).output().unwrap();
+    let step = seamtrack(&["check", &path("calibration.toml"), &path("step"), "--step", &in_plane, "--json"])
+        .output()
+        .unwrap();
     let json: serde_json::Value = serde_json::from_slice(&step.stdout).unwrap();
     assert!(json["figures"][0]["value"].as_f64().unwrap().abs() < 0.2, "{json}");
-    seamtrack(&["check", &path("calibration.toml"), &path("step"), "--step", "8"]).assert().code(3).stdout(contains("comes out as"));
+    seamtrack(&["check", &path("calibration.toml"), &path("step"), "--step", "8"])
+        .assert()
+        .code(3)
+        .stdout(contains("comes out as"));
     // A calibration whose laser was moved, and pictures of another size.
     let text = std::fs::read_to_string(path("calibration.toml")).unwrap();
     let distance = file.laser.unwrap().distance_mm;
     let moved = text.replace(&format!("distance_mm = {distance}"), &format!("distance_mm = {}", distance + 8.0));
     std::fs::write(path("moved.toml"), moved).unwrap();
-    seamtrack(&["check", &path("moved.toml"), &path("laser")]).assert().code(3).stdout(contains("contradicts its images"));
-    seamtrack(&["check", &path("moved.toml"), &path("plate"), "--plate"]).assert().code(3).stdout(contains("calibrated range"));
+    seamtrack(&["check", &path("moved.toml"), &path("laser")])
+        .assert()
+        .code(3)
+        .stdout(contains("contradicts its images"));
+    seamtrack(&["check", &path("moved.toml"), &path("plate"), "--plate"])
+        .assert()
+        .code(3)
+        .stdout(contains("calibrated range"));
     save(&folder.path().join("small"), "frame_0.png", &GrayFrame::filled(640, 480, 50).unwrap());
     let other_size = ["check", &path("calibration.toml"), &path("small"), "--plate"];
     seamtrack(&other_size).assert().code(1).stderr(contains("640 x 480").and(contains("--crop-at")));
@@ -139,12 +158,21 @@ fn folders_without_boards_and_files_that_are_no_calibration_are_named() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
     std::fs::create_dir(path("empty")).unwrap();
-    seamtrack(&["camera", &path("empty"), "--square", "30", "-o", &path("c.toml")]).assert().code(1).stderr(contains("empty"));
+    seamtrack(&["camera", &path("empty"), "--square", "30", "-o", &path("c.toml")])
+        .assert()
+        .code(1)
+        .stderr(contains("empty"));
     seamtrack(&["camera", &path("empty"), "--square", "-3", "-o", &path("c.toml")]).assert().code(2);
     save(&folder.path().join("blank"), "blank_1.png", &GrayFrame::filled(640, 480, 50).unwrap());
-    seamtrack(&["camera", &path("blank"), "--square", "30", "-o", &path("c.toml")]).assert().code(1).stderr(contains("blank_1.png"));
+    seamtrack(&["camera", &path("blank"), "--square", "30", "-o", &path("c.toml")])
+        .assert()
+        .code(1)
+        .stderr(contains("blank_1.png"));
     std::fs::write(path("bad.toml"), "fx = 3").unwrap();
     seamtrack(&["check", &path("bad.toml"), &path("blank"), "--plate"]).assert().code(1).stderr(contains("bad.toml"));
     std::fs::write(path("scale.toml"), "schema_version = 1\n[scale]\nmm_per_px = 0.2\n").unwrap();
-    seamtrack(&["check", &path("scale.toml"), &path("blank"), "--plate"]).assert().code(1).stderr(contains("calibrate camera"));
+    seamtrack(&["check", &path("scale.toml"), &path("blank"), "--plate"])
+        .assert()
+        .code(1)
+        .stderr(contains("calibrate camera"));
 }

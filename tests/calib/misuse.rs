@@ -21,8 +21,10 @@ fn detected(poses: &[Pose], noise_px: f64) -> Detected {
     let sightings = poses.iter().enumerate().map(|(i, pose)| {
         let corner = |p| scene.pixel(&pose.camera_from_board(&p)).unwrap();
         let corners: Vec<_> = board().points_mm(SQUARE_MM).into_iter().map(corner).collect();
-        let corners: Vec<_> =
-            corners.into_iter().map(|c| nalgebra::Vector2::new(c.x + noise_px * noise(), c.y + noise_px * noise())).collect();
+        let corners: Vec<_> = corners
+            .into_iter()
+            .map(|c| nalgebra::Vector2::new(c.x + noise_px * noise(), c.y + noise_px * noise()))
+            .collect();
         let used = vec![true; corners.len()];
         Some(BoardSighting { name: format!("view_{i:02}.png"), sha256: i.to_string(), corners, used })
     });
@@ -44,7 +46,8 @@ fn one_pose_taken_many_times_is_one_pose() {
 #[test]
 fn parallel_boards_are_refused_whatever_their_residual() {
     let parallel = |tilt: f64| -> Vec<Pose> {
-        let shift = |i: usize| Vector3::new(4.0 * (i % 4) as f64 - 6.0, 5.0 * (i / 4) as f64 - 5.0, 230.0 + 4.0 * i as f64);
+        let shift =
+            |i: usize| Vector3::new(4.0 * (i % 4) as f64 - 6.0, 5.0 * (i / 4) as f64 - 5.0, 230.0 + 4.0 * i as f64);
         let rotation = |i: usize| Rotation3::new(Vector3::new(tilt, 0.01 * (i % 3) as f64, 0.05 * i as f64));
         (0..12).map(|i| Pose { rotation: rotation(i), translation_mm: shift(i) }).collect()
     };

@@ -9,9 +9,12 @@ use predicates::str::contains;
 use seamtrack::calib::file::CalibrationFile;
 
 fn data() -> Option<PathBuf> {
-    let folder = std::env::var_os("SEAMTRACK_REAL_DATA").map(PathBuf::from).filter(|f| f.join("abb-calibration").is_dir());
+    let folder =
+        std::env::var_os("SEAMTRACK_REAL_DATA").map(PathBuf::from).filter(|f| f.join("abb-calibration").is_dir());
     if folder.is_none() {
-        eprintln!("SKIPPED: SEAMTRACK_REAL_DATA names no folder with abb-calibration, so no real sensor was calibrated");
+        eprintln!(
+            "SKIPPED: SEAMTRACK_REAL_DATA names no folder with abb-calibration, so no real sensor was calibrated"
+        );
     }
     folder
 }
@@ -40,7 +43,8 @@ fn a_real_sensor_is_calibrated_and_contradictions_are_rejected() {
     assert!(section.rms_px.unwrap() <= 0.12 && section.left_out_rms_px.unwrap() <= 0.16);
     // mrcal 2.2 on the same boards.
     assert!((section.fx - 1430.45).abs() < 2.5, "{}", section.fx);
-    let laser = calibrate(&["laser", &stripes, "--camera", &path("camera.toml"), "-o", &path("calibration.toml")]).success();
+    let laser =
+        calibrate(&["laser", &stripes, "--camera", &path("camera.toml"), "-o", &path("calibration.toml")]).success();
     shown(&laser);
     let text = String::from_utf8_lossy(&laser.get_output().stdout).into_owned();
     let contradicting: Vec<&str> = text.lines().filter(|line| line.contains("CONTRADICTS")).collect();
@@ -73,6 +77,11 @@ fn the_scale_of_a_real_scan_comes_from_its_robot() {
     shown(&scale);
     let scale = CalibrationFile::read(&file).unwrap().scale.unwrap();
     assert!((0.2145..=0.2169).contains(&scale.mm_per_px), "{}", scale.mm_per_px);
-    assert!((scale.mm_per_px - 0.2157).abs() < 2.0 * scale.std_mm_per_px, "{} ± {}", scale.mm_per_px, scale.std_mm_per_px);
+    assert!(
+        (scale.mm_per_px - 0.2157).abs() < 2.0 * scale.std_mm_per_px,
+        "{} ± {}",
+        scale.mm_per_px,
+        scale.std_mm_per_px
+    );
     assert_eq!(scale.axis, "u");
 }

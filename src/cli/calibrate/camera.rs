@@ -92,7 +92,9 @@ fn print(fit: &CameraFit) {
         }
     }
     if let Some((middle, worst)) = camera_map(fit).map(|map| map.middle_and_worst_px()) {
-        println!("  a projection is known to {middle:.2} px in the picture's middle and {worst:.2} px at its rim (1 σ)");
+        println!(
+            "  a projection is known to {middle:.2} px in the picture's middle and {worst:.2} px at its rim (1 σ)"
+        );
     }
     println!("  the boards' tilts spread by {:.0}°", fit.tilt_spread_deg);
     for view in &fit.views {

@@ -6,9 +6,8 @@ use std::process::ExitCode;
 use anyhow::{Context, anyhow, bail};
 use clap::Args;
 use seamtrack::calib::board::pair;
-use seamtrack::calib::check::{
-    Checked, StripePoints, TravelCheck, check_boards, check_plate, check_step, stripe_points,
-};
+use seamtrack::calib::check::{Checked, StripePoints, check_boards, check_plate, check_step, stripe_points};
+use seamtrack::calib::check_travel::TravelCheck;
 use seamtrack::calib::file::CalibrationFile;
 use seamtrack::calib::laser_camera::LaserCamera;
 use seamtrack::calib::stripes::find_stripes;
@@ -69,7 +68,8 @@ impl Check {
         let file = CalibrationFile::read(&self.calibration)?;
         let sensor = file.laser_camera().map_err(|problem| anyhow!("{} {problem}", self.calibration.display()))?;
         let of_recording = self.plate || self.step.is_some() || self.poses.is_some();
-        let checks = if of_recording { self.recording(&sensor)? } else { vec![("boards", self.boards(&file, &sensor)?)] };
+        let checks =
+            if of_recording { self.recording(&sensor)? } else { vec![("boards", self.boards(&file, &sensor)?)] };
         let good = checks.iter().all(|(_, checked)| checked.is_good());
         if self.json {
             println!("{:#}", self.as_json(&checks, good));
@@ -93,51 +93,55 @@ impl Check {
 
     fn recording(&self, sensor: &LaserCamera) -> anyhow::Result<Vec<(&'static str, Checked)>> {
         let poses = self.poses.as_deref().map(read_poses).transpose()?;
+        let sensor = self.for_recording(sensor)?;
+        let mut travel = poses.as_ref().map(|_| TravelCheck::new(&sensor));
         let mut source = source::open(&self.input, 1.0)?;
-        let mut frames: Vec<StripePoints> = vec![];
-        let mut sized: Option<LaserCamera> = None;
-        let mut pictures = vec![];
-        let mut numbers = vec![];
-        let mut number = 0;
+        let mut frames = Sample::default();
+        let mut count = 0;
         while let Some(frame) = source.next_frame() {
-            number += 1;
+            let number = count;
+            count += 1;
             let Ok(picture) = frame.picture else { continue };
             let size_px = (picture.width_px(), picture.height_px());
-            let sensor = match sized.take() {
-                Some(known) => known,
-                None => match self.crop_at {
-                    Some([u, v]) => sensor.cropped((u, v), size_px).with_context(|| self.input.display().to_string())?,
-                    None => sensor.clone(),
-                },
-            };
-            sensor.expect_size(size_px).with_context(|| format!("{} (--crop-at UxV says where)", self.input.display()))?;
-            frames.extend(stripe_points(&sensor, &picture));
-            if poses.is_some() {
-                pictures.push(picture);
-                numbers.push(number - 1);
+            sensor.expect_size(size_px).with_context(|| format!("{} in {}", frame.file, self.input.display()))?;
+            if self.plate || self.step.is_some() {
+                frames.offer(|| stripe_points(&sensor, &picture));
             }
-            sized = Some(sensor);
+            if let (Some(travel), Some(poses)) = (&mut travel, &poses) {
+                let pose = poses.get(number).with_context(|| {
+                    format!("more frames than the {} poses: one line a frame is needed", poses.len())
+                })?;
+                travel.step(&picture, (pose - poses[0]).norm());
+            }
         }
-        let Some(sensor) = sized else { bail!("{} has no readable frame", self.input.display()) };
         let mut checks = vec![];
         let named = || self.input.display().to_string();
         if self.plate {
-            checks.push(("plate", check_plate(&sensor, &frames, self.gate, self.tilt).with_context(named)?));
+            checks.push(("plate", check_plate(&sensor, &frames.kept, self.gate, self.tilt).with_context(named)?));
         }
         if let Some(step_mm) = self.step {
-            checks.push(("step", check_step(&sensor, &frames, step_mm, self.gate).with_context(named)?));
+            checks.push(("step", check_step(&sensor, &frames.kept, step_mm, self.gate).with_context(named)?));
         }
-        if let Some(poses) = poses {
-            if poses.len() < number {
-                bail!("{number} frames and only {} poses: one line a frame is needed", poses.len());
-            }
-            let mut travel = TravelCheck::new(&sensor);
-            for (picture, frame) in pictures.iter().zip(numbers) {
-                travel.step(picture, (poses[frame] - poses[0]).norm());
-            }
+        if let Some(travel) = travel {
             checks.push(("travel", travel.finish(self.gate).with_context(named)?));
         }
         Ok(checks)
+    }
+
+    /// The sensor for the recording's pictures: the calibrated ones, or a part cut out of them.
+    fn for_recording(&self, sensor: &LaserCamera) -> anyhow::Result<LaserCamera> {
+        let mut source = source::open(&self.input, 1.0)?;
+        let first = std::iter::from_fn(|| source.next_frame()).find_map(|frame| frame.picture.ok());
+        let Some(picture) = first else { bail!("{} has no readable frame", self.input.display()) };
+        let size_px = (picture.width_px(), picture.height_px());
+        match self.crop_at {
+            Some([u, v]) => sensor.cropped((u, v), size_px).with_context(|| self.input.display().to_string()),
+            None => {
+                let fits = sensor.expect_size(size_px);
+                fits.with_context(|| format!("{} (--crop-at UxV says where)", self.input.display()))?;
+                Ok(sensor.clone())
+            }
+        }
     }
 
     fn as_json(&self, checks: &[(&str, Checked)], good: bool) -> serde_json::Value {
@@ -149,6 +153,34 @@ impl Check {
         });
         json!({ "calibration": self.calibration, "input": self.input, "verdict": if good { "GOOD" } else { "BAD" },
             "figures": figures.collect::<Vec<_>>() })
+    }
+}
+
+/// Most frames whose stripes are kept: a plate does not change.
+const MOST_FRAMES: usize = 400;
+
+/// Stripes of frames spread evenly over a recording of unknown length.
+#[derive(Default)]
+struct Sample {
+    kept: Vec<StripePoints>,
+    offered: usize,
+    halvings: u32,
+}
+
+impl Sample {
+    fn offer(&mut self, stripe: impl FnOnce() -> Option<StripePoints>) {
+        if self.offered.is_multiple_of(1 << self.halvings) {
+            self.kept.extend(stripe());
+        }
+        self.offered += 1;
+        if self.kept.len() >= MOST_FRAMES {
+            let mut number = 0;
+            self.kept.retain(|_| {
+                number += 1;
+                number % 2 == 1
+            });
+            self.halvings += 1;
+        }
     }
 }
 

@@ -56,7 +56,8 @@ enum Dialect {
 impl Import {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         expect_new(&self.output, self.force)?;
-        let text = std::fs::read_to_string(&self.input).with_context(|| format!("cannot read {}", self.input.display()))?;
+        let text =
+            std::fs::read_to_string(&self.input).with_context(|| format!("cannot read {}", self.input.display()))?;
         let imported = import_camera(&text).map_err(|problem| anyhow!("{}: {problem}", self.input.display()))?;
         let given = self.size.map(|[width, height]| (width, height));
         let size_px = given.or(imported.size_px).with_context(|| {
@@ -65,7 +66,13 @@ impl Import {
         let mut file = CalibrationFile::default();
         file.set_camera(size_px, &imported.intrinsics);
         write_calibration(&self.output, &mut file, self.force)?;
-        println!("{}: a camera of {}, {} x {} pixels; nothing is known of its uncertainty", self.output.display(), imported.dialect, size_px.0, size_px.1);
+        println!(
+            "{}: a camera of {}, {} x {} pixels; nothing is known of its uncertainty",
+            self.output.display(),
+            imported.dialect,
+            size_px.0,
+            size_px.1
+        );
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -68,10 +68,11 @@ impl Laser {
         let camera_images: Vec<ImageHash> = file.images.clone();
         write_into(&mut file, &fit);
         file.images = camera_images;
-        file.images.extend(fit.views.iter().map(|view| ImageHash {
-            file: view.seen.board.name.clone(),
-            sha256: view.seen.board.sha256.clone(),
-        }));
+        file.images.extend(
+            fit.views
+                .iter()
+                .map(|view| ImageHash { file: view.seen.board.name.clone(), sha256: view.seen.board.sha256.clone() }),
+        );
         if let Some(matrix) = hand_eye {
             file.hand_eye = Some(HandEyeSection { matrix });
         }
@@ -175,7 +176,8 @@ fn print(fit: &LaserFit) {
         let lateral_mm = 0.5 * (range.lateral_mm[0] + range.lateral_mm[1]);
         for height_mm in [range.height_mm[0], 0.5 * (range.height_mm[0] + range.height_mm[1]), range.height_mm[1]] {
             let pixel = fit.sensor.pixel(PlanePoint { lateral_mm, height_mm });
-            let at = pixel.and_then(|pixel| Some((fit.sensor.calibration_covariance_mm2(pixel)?, fit.sensor.jacobian(pixel)?)));
+            let at = pixel
+                .and_then(|pixel| Some((fit.sensor.calibration_covariance_mm2(pixel)?, fit.sensor.jacobian(pixel)?)));
             if let Some((covariance, jacobian)) = at {
                 println!(
                     "  at {height_mm:.0} mm: lateral ± {:.3}, height ± {:.3} mm (1 σ of the calibration); {:.3} mm of height a pixel",

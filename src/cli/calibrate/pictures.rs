@@ -15,11 +15,14 @@ pub struct Folder(Vec<PathBuf>);
 
 impl Folder {
     pub fn open(folder: &Path) -> anyhow::Result<Self> {
-        let entries = std::fs::read_dir(folder).with_context(|| format!("cannot open the folder {}", folder.display()))?;
+        let entries =
+            std::fs::read_dir(folder).with_context(|| format!("cannot open the folder {}", folder.display()))?;
         let is_picture = |path: &PathBuf| {
             let extension = path.extension().and_then(|e| e.to_str());
             let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
-            !hidden && path.is_file() && extension.is_some_and(|e| EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known)))
+            !hidden
+                && path.is_file()
+                && extension.is_some_and(|e| EXTENSIONS.iter().any(|known| e.eq_ignore_ascii_case(known)))
         };
         let mut paths: Vec<PathBuf> = entries.filter_map(|entry| Some(entry.ok()?.path())).filter(is_picture).collect();
         paths.sort_by(|a, b| natord::compare(&name_of(a), &name_of(b)).then_with(|| a.cmp(b)));
@@ -65,7 +68,8 @@ pub fn read_poses(path: &Path) -> anyhow::Result<Vec<Vector3<f64>>> {
     let mut poses = vec![];
     for (i, line) in text.lines().enumerate() {
         let line = line.trim().trim_start_matches('\u{feff}');
-        let cells: Vec<&str> = line.split([',', ';', '\t', ' ']).map(str::trim).filter(|cell| !cell.is_empty()).collect();
+        let cells: Vec<&str> =
+            line.split([',', ';', '\t', ' ']).map(str::trim).filter(|cell| !cell.is_empty()).collect();
         if cells.is_empty() || line.starts_with('#') {
             continue;
         }
@@ -74,7 +78,9 @@ pub fn read_poses(path: &Path) -> anyhow::Result<Vec<Vector3<f64>>> {
             (Some(x), Some(y), Some(z)) => poses.push(Vector3::new(x, y, z)),
             _ if poses.is_empty() && cells.iter().all(|cell| cell.parse::<f64>().is_err()) => {
                 let named = |axis: &str| {
-                    let fits = |cell: &&str| [axis.to_owned(), format!("{axis}_mm"), format!("t{axis}")].contains(&cell.to_lowercase());
+                    let fits = |cell: &&str| {
+                        [axis.to_owned(), format!("{axis}_mm"), format!("t{axis}")].contains(&cell.to_lowercase())
+                    };
                     cells.iter().position(fits)
                 };
                 if let (Some(x), Some(y), Some(z)) = (named("x"), named("y"), named("z")) {

@@ -57,8 +57,10 @@ impl Scale {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         expect_new(&self.output, self.force)?;
         let (positions, moved_along) = match &self.poses {
-            Some(poses) => self.from_recording(poses)?,
-            None if self.input.is_dir() => bail!("{} is a recording: give the robot's positions with --poses CSV", self.input.display()),
+            Some(poses) => self.follow_recording(poses)?,
+            None if self.input.is_dir() => {
+                bail!("{} is a recording: give the robot's positions with --poses CSV", self.input.display())
+            }
             None => (read_positions(&self.input)?, Axis::U),
         };
         let fit = fit_scale(&positions).with_context(|| self.input.display().to_string())?;
@@ -75,7 +77,7 @@ impl Scale {
     }
 
     /// The plate's travel in the picture against the robot's, both along their main direction.
-    fn from_recording(&self, poses: &Path) -> anyhow::Result<(Vec<Position>, Axis)> {
+    fn follow_recording(&self, poses: &Path) -> anyhow::Result<(Vec<Position>, Axis)> {
         let poses = read_poses(poses)?;
         let axis = if self.stripe == Stripe::Vertical { StripeAxis::Vertical } else { StripeAxis::Horizontal };
         let mut travel = Travel::new(axis);
@@ -105,9 +107,15 @@ impl Scale {
             eprintln!("seamtrack: {} poses for {frames} frames: the last ones are not used", poses.len());
         }
         if lost * 5 > track.len() + lost {
-            bail!("the plate's texture was followed in {} of {} frames only: light it so that it shows", track.len(), track.len() + lost);
+            bail!(
+                "the plate's texture was followed in {} of {} frames only: light it so that it shows",
+                track.len(),
+                track.len() + lost
+            );
         }
-        let (Some(first), Some(last)) = (track.first(), track.last()) else { bail!("{} has no frame", self.input.display()) };
+        let (Some(first), Some(last)) = (track.first(), track.last()) else {
+            bail!("{} has no frame", self.input.display())
+        };
         let along_px = (last.0 - first.0).try_normalize(1e-9).context("the picture does not move")?;
         let along_mm = (poses[last.1] - poses[first.1]).try_normalize(1e-9).context("the robot does not move")?;
         let position = |(px, frame): &(Vector2<f64>, usize)| Position {

@@ -17,12 +17,16 @@ const WIDTH: f64 = 640.0;
 pub fn residuals(fit: &CameraFit) -> String {
     let (width, height) = (fit.size_px.0 as f64, fit.size_px.1 as f64);
     let dot = width / 500.0;
-    let mut svg = format!("<svg class=\"plate\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"Residuals over the picture\">");
+    let mut svg = format!(
+        "<svg class=\"plate\" viewBox=\"0 0 {width} {height}\" role=\"img\" aria-label=\"Residuals over the picture\">"
+    );
     let mut arrows = String::new();
     let board_mm = fit.board.points_mm(fit.square_mm);
     for view in &fit.views {
         for ((board, seen), used) in board_mm.iter().zip(&view.sighting.corners).zip(&view.sighting.used) {
-            let Some(pixel) = fit.intrinsics.project(&view.pose.camera_from_board(board)).filter(|_| *used) else { continue };
+            let Some(pixel) = fit.intrinsics.project(&view.pose.camera_from_board(board)).filter(|_| *used) else {
+                continue;
+            };
             let by = (seen - Vector2::new(pixel.u_px, pixel.v_px)) * ARROW;
             let _ = write!(arrows, "M{:.1} {:.1}l{:.1} {:.1}", seen.x, seen.y, by.x, by.y);
             let _ = write!(svg, "<circle class=\"corner\" cx=\"{:.1}\" cy=\"{:.1}\" r=\"{dot:.1}\"/>", seen.x, seen.y);
@@ -36,12 +40,15 @@ pub fn residuals(fit: &CameraFit) -> String {
 pub fn uncertainty(map: &UncertaintyMap, size_px: (usize, usize)) -> String {
     let height = WIDTH * size_px.1 as f64 / size_px.0 as f64;
     let (w, h) = (WIDTH / COLUMNS as f64, height / ROWS as f64);
-    let mut svg = format!("<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"Uncertainty of the projection over the picture\">");
+    let mut svg = format!(
+        "<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"Uncertainty of the projection over the picture\">"
+    );
     for (i, sigma) in map.sigma_px.iter().enumerate() {
         let (x, y) = ((i % COLUMNS) as f64 * w, (i / COLUMNS) as f64 * h);
         // From .03 px, light, to 3 px, dark, by decades.
         let depth = ((sigma.max(0.03) / 0.03).log10() / 2.0).min(1.0);
-        let [r, g, b] = [(86.0, 60.0), (170.0, 20.0), (140.0, 40.0)].map(|(light, dark)| light + (dark - light) * depth);
+        let [r, g, b] =
+            [(86.0, 60.0), (170.0, 20.0), (140.0, 40.0)].map(|(light, dark)| light + (dark - light) * depth);
         let _ = write!(
             svg,
             "<rect x=\"{x:.1}\" y=\"{y:.1}\" width=\"{:.1}\" height=\"{:.1}\" fill=\"rgb({r:.0},{g:.0},{b:.0})\"/>\
@@ -63,7 +70,9 @@ pub fn plane_residuals(fit: &LaserFit) -> String {
     let height = ROW * fit.views.len() as f64 + 24.0;
     let zero = NAMES + 0.5 * (WIDTH - NAMES - 60.0);
     let scale = 0.5 * (WIDTH - NAMES - 60.0) / largest;
-    let mut svg = format!("<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"Distance of each view from the plane\">");
+    let mut svg = format!(
+        "<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height}\" role=\"img\" aria-label=\"Distance of each view from the plane\">"
+    );
     for (i, view) in fit.views.iter().enumerate() {
         let y = 10.0 + i as f64 * ROW;
         let mm = view.left_out_mm.clamp(-largest, largest);
@@ -94,7 +103,9 @@ pub fn coverage(fit: &LaserFit) -> String {
     let height = (high - low) * scale + 60.0;
     let indent = 0.5 * (WIDTH - (right - left) * scale);
     let at = |lateral: f64, h: f64| (indent + (lateral - left) * scale, 30.0 + (high - h) * scale);
-    let mut svg = format!("<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"Stripes in the laser's plane\">");
+    let mut svg = format!(
+        "<svg class=\"plate\" viewBox=\"0 0 {WIDTH} {height:.1}\" role=\"img\" aria-label=\"Stripes in the laser's plane\">"
+    );
     let (x, y) = at(left, high);
     let _ = write!(
         svg,

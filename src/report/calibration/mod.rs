@@ -41,7 +41,12 @@ pub fn camera_map(fit: &CameraFit) -> Option<UncertaintyMap> {
 ///
 /// # Errors
 /// When the file cannot be written.
-pub fn write_camera_page(path: &Path, input: &str, file: &CalibrationFile, fit: &CameraFit) -> Result<(), ResultsError> {
+pub fn write_camera_page(
+    path: &Path,
+    input: &str,
+    file: &CalibrationFile,
+    fit: &CameraFit,
+) -> Result<(), ResultsError> {
     let map = camera_map(fit);
     let body = html! {
         (headline("calibrate camera", input, &fit.advice, &fit.left_out, &format!(
@@ -151,10 +156,12 @@ fn heights(fit: &LaserFit) -> Vec<(f64, [String; 4])> {
     let Some(range) = fit.sensor.range() else { return vec![] };
     let lateral_mm = 0.5 * (range.lateral_mm[0] + range.lateral_mm[1]);
     let at = |i: usize| {
-        let height_mm = range.height_mm[1] - (range.height_mm[1] - range.height_mm[0]) * i as f64 / (HEIGHTS - 1) as f64;
+        let height_mm =
+            range.height_mm[1] - (range.height_mm[1] - range.height_mm[0]) * i as f64 / (HEIGHTS - 1) as f64;
         let pixel = fit.sensor.pixel(PlanePoint { lateral_mm, height_mm })?;
         let (covariance, jacobian) = (fit.sensor.calibration_covariance_mm2(pixel)?, fit.sensor.jacobian(pixel)?);
-        let values = [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt(), jacobian.row(0).norm(), jacobian.row(1).norm()];
+        let values =
+            [covariance[(0, 0)].sqrt(), covariance[(1, 1)].sqrt(), jacobian.row(0).norm(), jacobian.row(1).norm()];
         Some((height_mm, values.map(|x| format!("{x:.3}"))))
     };
     (0..HEIGHTS).filter_map(at).collect()

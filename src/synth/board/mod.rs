@@ -82,7 +82,8 @@ impl SensorScene {
             let direction: Vector3<f64> = Vector3::from_fn(|_, _| StandardNormal.sample(random));
             let mut turn = direction.normalize() * random.random_range(5f64..35.0).to_radians();
             turn.z = random.random_range(-0.4..0.4);
-            let shift = [random.random_range(-25.0..25.0), random.random_range(-15.0..15.0), random.random_range(215.0..290.0)];
+            let shift =
+                [random.random_range(-25.0..25.0), random.random_range(-15.0..15.0), random.random_range(215.0..290.0)];
             let pose = Pose { rotation: Rotation3::new(turn), translation_mm: Vector3::from(shift) };
             let in_camera: Vec<Vector3<f64>> = points.iter().map(|p| pose.camera_from_board(p)).collect();
             let is_seen = |p: &Vector3<f64>| {
@@ -177,7 +178,8 @@ impl Renderer {
 /// A Gaussian blur by rows and then by columns.
 fn blur(values: &mut [f32], width: usize, height: usize, sd: f64) {
     let reach = (3.0 * sd).ceil() as usize;
-    let weights: Vec<f32> = (0..=2 * reach).map(|i| (-0.5 * ((i as f64 - reach as f64) / sd).powi(2)).exp() as f32).collect();
+    let weights: Vec<f32> =
+        (0..=2 * reach).map(|i| (-0.5 * ((i as f64 - reach as f64) / sd).powi(2)).exp() as f32).collect();
     let total: f32 = weights.iter().sum();
     values.par_chunks_exact_mut(width).for_each(|row| {
         let before = row.to_vec();

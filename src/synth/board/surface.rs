@@ -41,7 +41,8 @@ impl Surface for BoardSurface {
         let on_board = self.pose.rotation.inverse() * (point - self.pose.translation_mm);
         // Squares from the outer corner of the first one.
         let half = |corners: usize| 0.5 * (corners as f64 + 1.0);
-        let (a, b) = (on_board.x / self.square_mm + half(self.size.columns), on_board.y / self.square_mm + half(self.size.rows));
+        let (a, b) =
+            (on_board.x / self.square_mm + half(self.size.columns), on_board.y / self.square_mm + half(self.size.rows));
         let (columns, rows) = (self.size.columns as f64 + 1.0, self.size.rows as f64 + 1.0);
         let within = |margin: f64| a > -margin && a < columns + margin && b > -margin && b < rows + margin;
         let albedo = if within(0.0) {
