@@ -1,6 +1,34 @@
 //! Pixels to millimetres.
 
+pub mod adjust;
+pub mod board;
+pub mod board_svg;
+pub mod camera;
+pub mod check;
+pub mod check_travel;
+pub mod corners;
+mod cv;
+pub mod detect;
+pub mod error;
+pub mod file;
+mod file_sections;
+pub mod guidance;
+pub mod interchange;
+pub mod intrinsics;
+pub mod laser;
+pub mod laser_camera;
+pub mod pairs;
+pub mod plane;
+pub mod pose;
+pub mod resample;
+pub mod scale;
 mod sensor;
+pub mod stripe;
+pub mod stripes;
+mod student;
+pub mod travel;
+pub mod uncertainty;
+mod yaml;
 
 use serde::Serialize;
 

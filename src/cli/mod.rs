@@ -1,5 +1,6 @@
 //! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
 
+mod calibrate;
 mod compare;
 mod config;
 mod drawing;
@@ -38,6 +39,7 @@ enum Command {
     Eval(eval::Eval),
     Report(report::Report),
     Compare(compare::Compare),
+    Calibrate(Box<calibrate::Calibrate>),
     Config(config::PrintConfig),
     Filter(Box<filter::Filter>),
     Meltpool(Box<meltpool::Meltpool>),
@@ -53,6 +55,7 @@ impl Cli {
             Command::Eval(eval) => eval.run(),
             Command::Report(report) => report.run(),
             Command::Compare(compare) => compare.run(),
+            Command::Calibrate(calibrate) => calibrate.run(),
             Command::Config(config) => config.run(),
             Command::Filter(filter) => filter.run(),
             Command::Meltpool(meltpool) => meltpool.run(),

@@ -6,6 +6,7 @@
 mod arc;
 mod base;
 mod bead;
+pub mod board;
 pub mod builtin;
 mod canvas;
 mod draw;

@@ -197,9 +197,9 @@ impl Seeker {
         }
         let certain = |candidate: &Candidate| {
             let Candidate { seed, has_relief } = candidate;
-            let (agreeing, moving) =
-                if *has_relief { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
-            let sure = seed.certain
+            let is_easy = *has_relief && !self.is_rival;
+            let (agreeing, moving) = if is_easy { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
+            let sure = (seed.certain && !self.is_rival)
                 || (seed.clear && before_arc && *has_relief)
                 || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;

@@ -1,0 +1,132 @@
+//! `seamtrack calibrate`: from boards, plates and gauges to millimetres that can be trusted.
+
+mod camera;
+mod check;
+mod convert;
+mod laser;
+mod pictures;
+mod scale;
+
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use anyhow::{anyhow, bail};
+use clap::{Args, Subcommand};
+use seamtrack::calib::board::pair;
+use seamtrack::calib::board_svg::board_svg;
+use seamtrack::calib::file::{CalibrationFile, day_of};
+use seamtrack::report::atomic::write_atomically;
+
+/// Calibrate a camera and its laser plane, or a scale, and test a calibration
+///
+/// The way: print a board, take 14 or more pictures of it in different tilts and distances, `camera`; then the same
+/// with the laser on it, `laser`; then `check`. Where one scale is enough: `scale`.
+#[derive(Debug, Args)]
+pub struct Calibrate {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    Board(Board),
+    Camera(camera::Camera),
+    Laser(laser::Laser),
+    Scale(scale::Scale),
+    Check(check::Check),
+    Import(convert::Import),
+    Export(convert::Export),
+}
+
+/// Draw a chessboard to print, with a ruler to check the print by
+#[derive(Debug, Args)]
+struct Board {
+    /// Squares along a row and rows of them; one number odd, one even tells how the board lies
+    #[arg(long, value_name = "COLUMNSxROWS", value_parser = pair, default_value = "7x8")]
+    squares: [usize; 2],
+    /// Side of a square [mm]
+    #[arg(long, value_name = "MM")]
+    square: f64,
+    /// The drawing
+    #[arg(short, long, value_name = "FILE.svg")]
+    output: PathBuf,
+    /// Overwrite an existing file
+    #[arg(long)]
+    force: bool,
+}
+
+impl Calibrate {
+    /// Does what the subcommand says.
+    pub fn run(&self) -> anyhow::Result<ExitCode> {
+        match &self.command {
+            Command::Board(board) => board.run(),
+            Command::Camera(camera) => camera.run(),
+            Command::Laser(laser) => laser.run(),
+            Command::Scale(scale) => scale.run(),
+            Command::Check(check) => check.run(),
+            Command::Import(import) => import.run(),
+            Command::Export(export) => export.run(),
+        }
+    }
+}
+
+impl Board {
+    fn run(&self) -> anyhow::Result<ExitCode> {
+        let svg = board_svg(self.squares, self.square).map_err(|problem| anyhow!(problem))?;
+        write_new(&self.output, &svg, self.force)?;
+        let [columns, rows] = self.squares;
+        println!("{}: {columns} x {rows} squares, {} x {} inner corners", self.output.display(), columns - 1, rows - 1);
+        println!("print it at 100 %, check the ruler, glue it to something flat");
+        if (columns + rows) % 2 == 0 {
+            eprintln!(
+                "seamtrack: a board with one odd and one even number of squares shows which way round it lies; this one does not"
+            );
+        }
+        Ok(ExitCode::SUCCESS)
+    }
+}
+
+/// Writes a new file; an existing one only with `force`.
+fn write_new(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
+    expect_new(path, force)?;
+    write_atomically(path, |file| file.write_all(text.as_bytes()))?;
+    Ok(())
+}
+
+/// An error when a file exists that may not be overwritten, before the work begins.
+fn expect_new(path: &Path, force: bool) -> anyhow::Result<()> {
+    if path.exists() && !force {
+        bail!("{} exists: give another -o, or --force to overwrite it", path.display());
+    }
+    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
+        bail!("there is no folder {}: make it, or give another -o", folder.display());
+    }
+    Ok(())
+}
+
+/// Seals and writes a calibration.
+fn write_calibration(path: &Path, file: &mut CalibrationFile, force: bool) -> anyhow::Result<()> {
+    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
+    file.seal(day_of(now));
+    write_new(path, &file.to_toml().map_err(|problem| anyhow!(problem))?, force)
+}
+
+/// Prints what was left out to stderr, and what is weak to stdout.
+fn print_advice(left_out: &[String], advice: &[String]) {
+    for reason in left_out {
+        eprintln!("seamtrack: left out: {reason}");
+    }
+    for sentence in advice {
+        println!("  to improve: {sentence}");
+    }
+}
+
+fn parse_positive(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or_else(|| "expected a number above 0".into())
+}
+
+fn parse_finite(text: &str) -> Result<f64, String> {
+    text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a number".into())
+}
