@@ -9,7 +9,7 @@ use crate::units::PixelPoint;
 /// Columns left out beside the V-groove's shoulder \[px\]; this and the next two in the smallest window.
 const SHOULDER_PX: f64 = 5.0;
 /// Variance of a corner along the stripe beside that of its lines \[px²\]: flanks are not quite straight. Chosen.
-const LEAST_VARIANCE_PX2: f64 = 0.02;
+const LEAST_VARIANCE_PX2: f64 = 0.06;
 /// Longest stretch of a plate that is looked at \[px\].
 const PLATE_PX: f64 = 60.0;
 /// How far a shoulder may move from where the model has it \[px\]: the flanks of ragged edges differ.
@@ -105,7 +105,7 @@ fn plates(
         let points = ridge(frame, first as usize..last as usize + 1, |u| prior.at(u - u0_px), section, search);
         let middle_px = 0.5 * (first + last);
         let prior = prior.moved(middle_px - u0_px);
-        let found = line::fit(&points, middle_px, prior, Knowledge::of_flank(), PLATE_PX * scale)?;
+        let found = line::fit(&points, middle_px, prior, Knowledge::of_flank(PLATE_PX), PLATE_PX * scale)?;
         let plate = found.line.moved(u0_px - middle_px);
         let (du, _) = flanks[1].meets(plate)?;
         let in_place = (du - shoulder_du).abs() < SHOULDER_SLACK_PX * scale;

@@ -62,6 +62,10 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
         JointKind::Butt | JointKind::Lap => beside(&peaks, INNER_EDGES_PX, half_window_px, inlier_px)?,
     };
     let [left, right] = groove.flanks;
+    let known = groove.flanks_px.clone().map(|seen| match kind {
+        JointKind::VGroove => Knowledge::of_flank(seen.end - seen.start),
+        _ => Knowledge::of_plate(),
+    });
     let model = JointModel {
         kind,
         stripe_sd_px: stripe_sd(frame, seed, &peaks)?,
@@ -73,7 +77,7 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
         plates: groove.plates,
         half_window_px,
         flanks_px: groove.flanks_px,
-        known: [if kind == JointKind::VGroove { Knowledge::of_flank() } else { Knowledge::of_plate() }; 2],
+        known,
         fits: 0,
     };
     let v_px = if kind == JointKind::VGroove { model.seam_v_px() } else { seed.v_px };

@@ -61,9 +61,12 @@ pub struct Knowledge {
 const FIRST_SLOPE_PX2: f64 = 100.0;
 const FIRST_CURVATURE_PX4: f64 = 1e6;
 const STRAIGHT_PX4: f64 = 1e7;
-/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: of a clean side of 71 columns two thirds are
-/// then remembered; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
-const SLOPE_DRIFT: f64 = 5e-6;
+/// Variance of a slope's change from fit to fit, as [`Knowledge`] has it. Chosen: of a clean side of 71 columns half is then
+/// remembered; a pipe of R = 320 px turns by .003 when the seam goes on by a pixel.
+const SLOPE_DRIFT: f64 = 1.6e-5;
+/// A flank of which less is seen, beside a bead, tells little of its slope in one frame (n³/12), and is remembered the longer
+/// \[px\]. Chosen.
+const LONG_FLANK_PX: f64 = 30.0;
 /// Variance of a curvature's change \[1/px²\]. Chosen: the same side's is remembered over forty fits.
 const CURVATURE_DRIFT: f64 = 4e-10;
 
@@ -74,10 +77,11 @@ impl Knowledge {
         Self { information, drift: Vector2::new(SLOPE_DRIFT, CURVATURE_DRIFT) }
     }
 
-    /// Of a groove's flank after one look.
-    pub fn of_flank() -> Self {
+    /// Of a groove's flank, seen over `length_px`, after one look.
+    pub fn of_flank(length_px: f64) -> Self {
         let information = Matrix2::from_diagonal(&Vector2::new(FIRST_SLOPE_PX2, STRAIGHT_PX4));
-        Self { information, drift: Vector2::new(SLOPE_DRIFT, 0.0) }
+        let share = (length_px / LONG_FLANK_PX).powi(3).min(1.0);
+        Self { information, drift: Vector2::new(share * SLOPE_DRIFT, 0.0) }
     }
 
     /// For the next fit, after one whose columns by themselves had the information `shown`.
@@ -289,7 +293,7 @@ mod tests {
     fn the_side_of_a_pipe_is_not_extrapolated_straight() {
         let points: Vec<RidgePoint> = (10..80).map(|i| pipe(f64::from(i))).collect();
         let (mut line, mut known) = (Line::straight(101.0, 0.08), Knowledge::of_plate());
-        for _ in 0..8 {
+        for _ in 0..20 {
             let found = fit(&points, 0.0, line, known, 55.0).unwrap();
             (line, known) = (found.line, known.with(found.shown));
         }
