@@ -181,6 +181,7 @@ fn joint(kind: &str, mm: f64, tilt_deg: f64, rng: &mut Pcg64Mcg) -> Joint {
                 root_gap_px: Ramp::Constant(root_px),
                 hi_lo_px: Ramp::Constant(0.0),
                 flank_reflectance: between(rng, (0.45, 0.9)),
+                right_half_width_px: None,
             })
         }
         _ => {
