@@ -17,7 +17,8 @@ use crate::units::{MmPerPx, PixelPoint, StripeAxis};
 const DU_2022_PERIOD_S: f64 = 0.2;
 
 /// Which pipeline follows the seam.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Preset {
     /// Stripe geometry, KCF and interacting models.
@@ -27,7 +28,8 @@ pub enum Preset {
 }
 
 /// The joint to follow.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "lowercase")]
 pub enum Joint {
     /// Found from the frames.
@@ -57,7 +59,8 @@ impl Joint {
 }
 
 /// Which way the stripe runs.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[cfg_attr(feature = "cli", derive(clap::ValueEnum))]
 #[serde(rename_all = "kebab-case")]
 pub enum Stripe {
     /// Found from the first frame that shows one.

@@ -1,8 +1,38 @@
 //! seamtrack finds the weld seam in laser-stripe frames and estimates its centre in millimetres.
 //!
-//! The way of the data is one direction:
-//! `GrayFrame → Centreline → SeamRoi → Response → Observation → Estimate → Track → Report`.
-//! `ARCHITECTURE.md` says which module may use which.
+//! A [`Session`] takes frames with their stamps, one at a time, and says of each where the seam is, with its uncertainty, or
+//! why it cannot tell. A [`SeamPath`] collects what it says and smooths the path of a whole recording.
+//!
+//! ```
+//! use seamtrack::synth::{Scene, builtin};
+//! use seamtrack::{Config, MmPerPx, SeamPath, Sensor, Session, SessionSettings, Status};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // A made-up recording; a camera gives its frames in the same way.
+//! let mut scenario = builtin::scenario("A-butt")?;
+//! scenario.frames = 30;
+//! let recording = Scene::new(&scenario, 1)?;
+//!
+//! let method = Config::default().method()?;
+//! let sensor = Sensor::Scale(MmPerPx::new(0.073)?);
+//! let mut session = Session::new(&SessionSettings { sensor, ..SessionSettings::new(method) })?;
+//! let mut path = SeamPath::default();
+//! for i in 0..recording.frame_count() {
+//!     let estimate = session.step(&recording.render(i), recording.timestamp_s(i))?;
+//!     if let (Status::Tracked, Some(seam)) = (estimate.status, estimate.seam) {
+//!         println!("frame {i}: {:.2} ± {:.2} px", seam.centre.u_px, seam.std_px);
+//!     }
+//!     path.push(&estimate);
+//! }
+//! assert_eq!(session.joint().map(|joint| joint.kind), Some("butt"));
+//! assert!(path.smoothed()?.iter().all(Option::is_some));
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What a user of the library needs stands here at the root. The modules below are the house
+//! ([ARCHITECTURE.md](https://docs.rs/crate/seamtrack/latest/source/ARCHITECTURE.md) says which may use which). Without the
+//! feature `cli` the crate is the core alone.
 
 pub mod calib;
 pub mod config;
@@ -14,10 +44,22 @@ pub mod kcf;
 pub mod meltpool;
 pub mod output;
 pub mod regress;
+#[cfg(feature = "cli")]
 pub mod report;
 pub mod reproduce;
+#[cfg(feature = "cli")]
 pub mod run;
 pub mod source;
 pub mod synth;
 pub mod tracker;
 pub mod units;
+
+pub use calib::{Origin, PlanePoint, Sensor};
+pub use config::Config;
+pub use frame::GrayFrame;
+pub use imgproc::geometry::JointKind;
+pub use tracker::{
+    CrossSection, Estimate, Evidence, JointDecision, KcfReading, Method, Observation, PaperSettings, RobustSettings,
+    SeamEstimate, SeamPath, Session, SessionSettings, Side, Status, TrackerError,
+};
+pub use units::{MmPerPx, PixelPoint, StripeAxis};

@@ -32,7 +32,8 @@ mod yaml;
 
 use serde::Serialize;
 
-pub use sensor::{PlanePoint, Sensor};
+pub use laser_camera::PlanePoint;
+pub use sensor::Sensor;
 
 use crate::units::MmPerPx;
 

@@ -3,18 +3,11 @@
 use nalgebra::{Matrix2, matrix};
 use serde::Serialize;
 
+use super::laser_camera::PlanePoint;
 use crate::units::{MmPerPx, PixelPoint, StripeAxis};
 
-/// A point of the laser's plane. Without a scale the numbers are pixels of the picture: [`Sensor::has_millimetres`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct PlanePoint {
-    /// Along the stripe \[mm\].
-    pub lateral_mm: f64,
-    /// Across the stripe \[mm\]: the height of the plate; grows as the picture's coordinate across the stripe.
-    pub height_mm: f64,
-}
-
-/// Maps a pixel to the point of the laser's plane that it shows, and back.
+/// Maps a pixel to the point of the laser's plane that it shows, and back. Without a scale the plane's coordinates are pixels of
+/// the picture: [`Sensor::has_millimetres`]. Of one scale the height grows as the picture's coordinate across the stripe.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Sensor {

@@ -118,10 +118,10 @@ pub struct PathRow {
 }
 
 impl PathRow {
-    /// Whether there is a value, filtered or smoothed.
+    /// Whether there is a value: the filter's, or, before the seam was found, the smoother's.
     #[must_use]
-    pub const fn has_value(&self) -> bool {
-        self.status.has_value() || self.smooth_u_px.is_some()
+    pub fn has_value(&self) -> bool {
+        self.status.has_value() || (self.status == Status::Seeking && self.smooth_u_px.is_some())
     }
 
     /// A row without any value.

@@ -78,7 +78,7 @@ impl Run {
         self.summary.calibration.origin_px.or_else(first).unwrap_or(0.0)
     }
 
-    /// Frames without a value, filtered or smoothed, where there is a seam: of all frames, or of those that the truth has a seam in.
+    /// Frames without a value ([`PathRow::has_value`]) where there is a seam: of all frames, or of those that the truth has a seam in.
     #[must_use]
     pub fn unavailable(&self) -> Unavailable {
         let found_at = self.rows.iter().position(|row| row.status == Status::Tracked);

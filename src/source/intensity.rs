@@ -5,7 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale};
-use super::{FrameError, FrameSource, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack, video};
+#[cfg(feature = "video")]
+use super::video;
+use super::{FrameError, FrameSource, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack};
 use crate::frame::IntensityFrame;
 
 /// How the values of a recording become intensities: black becomes 0, white 1, the same for every frame.
@@ -70,7 +72,10 @@ pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn 
         Kind::NumPy => Box::new(npy::NpyStack::open(path, period)?),
         Kind::Tiff => Box::new(Pictures(tiff_stack::TiffStack::open(path, period)?)),
         Kind::Picture => Box::new(Pictures(folder::Folder::single(path, period))),
+        #[cfg(feature = "video")]
         Kind::Other => Box::new(Grey(video::Video::open(path, period)?)),
+        #[cfg(not(feature = "video"))]
+        Kind::Other => return Err(SourceError::NotARecording(path.to_owned())),
     })
 }
 

@@ -9,6 +9,7 @@ mod intensity;
 mod npy;
 mod tiff_stack;
 mod timestamps;
+#[cfg(feature = "video")]
 mod video;
 
 use std::path::{Path, PathBuf};
@@ -183,7 +184,10 @@ pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSourc
         Kind::Folder => Box::new(folder::Folder::open(path, period)?),
         Kind::Tiff => Box::new(tiff_stack::TiffStack::open(path, period)?),
         Kind::Picture => Box::new(folder::Folder::single(path, period)),
+        #[cfg(feature = "video")]
         Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
+        #[cfg(not(feature = "video"))]
+        Kind::NumPy | Kind::Other => return Err(SourceError::NotARecording(path.to_owned())),
     })
 }
 

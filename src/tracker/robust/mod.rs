@@ -92,6 +92,8 @@ pub struct RobustTracker {
     phase: Phase,
     joint: Option<JointDecision>,
     doubter: Option<Doubter>,
+    /// The kind that the frames show by themselves, where one was asked for.
+    seen: Option<JointKind>,
     /// Seeks any joint while the one that is followed is not seen: its preparation may have changed.
     rival: Option<Levels>,
     frame_number: usize,
@@ -116,6 +118,7 @@ impl RobustTracker {
             phase: Phase::Seeking(Levels::new(settings, true)),
             joint: None,
             doubter: settings.joint.map(|_| Doubter::new(settings)),
+            seen: None,
             rival: None,
             frame_number: 0,
         })
@@ -162,7 +165,8 @@ impl RobustTracker {
             ..Estimate::seeking(Observation::Seed)
         };
         let frame = self.frame_number - 1;
-        self.joint = Some(JointDecision { kind: kind.name(), frame, reason, doubt, contradicted_by: None });
+        let contradicted_by = self.contradiction(kind.name());
+        self.joint = Some(JointDecision { kind: kind.name(), frame, reason, doubt, contradicted_by });
         self.phase = Phase::Following(Box::new(following));
         self.rival = None;
         Ok(estimate.in_picture(&view))
@@ -193,10 +197,19 @@ impl RobustTracker {
     fn doubt(&mut self, frame: &GrayFrame) {
         let Some(doubter) = &mut self.doubter else { return };
         doubter.look(frame);
-        if let (Some(joint), Some(seen)) = (&mut self.joint, doubter.seen()) {
-            joint.contradicted_by = (joint.kind != seen.name()).then_some(seen.name());
+        self.seen = doubter.seen();
+        if doubter.is_done() {
+            self.doubter = None;
         }
-        self.doubter = self.doubter.take().filter(|doubter| !doubter.is_done());
+        let contradiction = self.joint.as_ref().and_then(|joint| self.contradiction(joint.kind));
+        if let Some(joint) = &mut self.joint {
+            joint.contradicted_by = contradiction;
+        }
+    }
+
+    /// The kind that the frames show, if it is not `kind`.
+    fn contradiction(&self, kind: &str) -> Option<&'static str> {
+        self.seen.map(JointKind::name).filter(|seen| *seen != kind)
     }
 
     /// Nothing is followed, and nothing was found.

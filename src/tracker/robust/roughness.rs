@@ -60,19 +60,35 @@ mod tests {
     use rand::SeedableRng;
     use rand_distr::{Distribution, Normal};
 
-    #[test]
-    fn white_and_coloured_noise_have_the_spread_that_their_covariance_says() {
+    fn noise(psi: f64, count: usize) -> Vec<f64> {
         let mut rng = rand_pcg::Pcg64::seed_from_u64(1);
         let unit = Normal::new(0.0, 1.0).unwrap();
+        let next = |x: &mut f64, drive: f64| {
+            *x = psi * *x + (1.0 - psi * psi).sqrt() * drive;
+            Some(*x)
+        };
+        (0..count).map(|_| unit.sample(&mut rng)).scan(0.0, next).collect()
+    }
+
+    #[test]
+    fn third_differences_of_white_and_of_coloured_noise_have_the_variance_that_the_covariance_says() {
         for psi in [0.0_f64, 0.3, 0.5, 0.8] {
-            let (mut roughness, mut noise, mut sum) = (Roughness::default(), 0.0, 0.0);
-            for t in 0..4000 {
-                noise = psi * noise + (1.0 - psi * psi).sqrt() * unit.sample(&mut rng);
-                roughness.push(Some(noise + 0.3 * f64::from(t)));
-                sum += roughness.variance().map_or(0.0, |(variance, _)| variance) / 4000.0;
-            }
-            assert!((sum / third_difference_gain(psi) - 1.0).abs() < 0.12, "{psi}: {sum}");
+            let noise = noise(psi, 100_000);
+            let third = noise.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).powi(2));
+            let variance = third.sum::<f64>() / (noise.len() - 3) as f64;
+            assert!((variance / third_difference_gain(psi) - 1.0).abs() < 0.03, "{psi}: {variance}");
         }
+    }
+
+    #[test]
+    fn the_running_spread_is_that_of_white_noise_on_a_straight_path() {
+        let (mut roughness, mut sum) = (Roughness::default(), 0.0);
+        let noise = noise(0.0, 4000);
+        for (t, noise) in noise.iter().enumerate() {
+            roughness.push(Some(noise + 0.3 * t as f64));
+            sum += roughness.variance().map_or(0.0, |(variance, _)| variance) / 4000.0;
+        }
+        assert!((sum / third_difference_gain(0.0) - 1.0).abs() < 0.12, "{sum}");
     }
 
     #[test]
