@@ -43,7 +43,7 @@ const HAIRLINE_LOST_STD_PX: f64 = 3.0;
 
 /// How the seam is sighted.
 enum Eye {
-    Geometry(GeometryEye),
+    Geometry(Box<GeometryEye>),
     Hairline(Box<HairlineEye>),
 }
 
@@ -93,7 +93,7 @@ impl Following {
         let eye = GeometryEye::new(seed.model, parts);
         let sighting = eye.sighting(seed.fit);
         let scale = mm_per_px(sensor, &view, sighting.centre);
-        Ok((Self::start(Eye::Geometry(eye), &sighting, (scale, *LOST_STD_PX.end()), view, parts)?, sighting))
+        Ok((Self::start(Eye::Geometry(Box::new(eye)), &sighting, (scale, *LOST_STD_PX.end()), view, parts)?, sighting))
     }
 
     /// Follows a hairline.
@@ -135,7 +135,7 @@ impl Following {
 
     /// Goes on with another cross-section: the preparation has changed, the seam has not.
     pub fn change_joint(&mut self, seed: Seed) {
-        self.eye = Eye::Geometry(GeometryEye::new(seed.model, self.parts));
+        self.eye = Eye::Geometry(Box::new(GeometryEye::new(seed.model, self.parts)));
     }
 
     /// The view in which it is followed.

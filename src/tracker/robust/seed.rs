@@ -193,7 +193,7 @@ fn between_shoulders(bends: &[(f32, PixelPoint)]) -> Vec<PixelPoint> {
     sorted.sort_by(|a, b| a.1.u_px.total_cmp(&b.1.u_px));
     let pairs = [1.0, -1.0].into_iter().flat_map(|side: f32| {
         let alike: Vec<PixelPoint> = sorted.iter().filter(|(bend, _)| bend * side > 0.0).map(|(_, p)| *p).collect();
-        let next = |i: usize| alike.iter().skip(i + 1).take(MOST_BETWEEN).map(move |b| b);
+        let next = |i: usize| alike.iter().skip(i + 1).take(MOST_BETWEEN);
         alike.iter().enumerate().flat_map(|(i, a)| next(i).map(|b| (*a, *b))).collect::<Vec<_>>()
     });
     let wide = pairs.filter(|(a, b)| b.u_px - a.u_px >= LEAST_GROOVE_PX);
