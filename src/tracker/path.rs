@@ -42,6 +42,7 @@ impl Memory {
 }
 
 /// What became of the joint in a frame.
+#[expect(clippy::large_enum_variant, reason = "it is copied with an estimate, and nothing beside a frame")]
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Event {
     /// None is followed.

@@ -12,7 +12,7 @@ mod scenes;
 use compare::assert_same_paths;
 use follow::{Path, follow};
 use pictures::{binned, dimmed, mirrored, upside_down};
-use scenes::{Camera, Recording, SCENES, recorded};
+use scenes::{Camera, Recording, SCALE_FREE, SCENES, recorded};
 use seamtrack::frame::GrayFrame;
 
 /// The path in a recording whose every picture is changed by `change`, which leaves the scale as it is.
@@ -61,7 +61,7 @@ fn at_half_the_exposure_the_path_stays() {
 
 #[test]
 fn at_twice_the_resolution_the_path_stays() {
-    assert_same_paths(&SCENES, |scene| {
+    assert_same_paths(&SCALE_FREE, |scene| {
         // What the fine camera sees, and what it would give with 2 × 2 pixels read out as one.
         let fine = recorded(scene, Camera { fineness: 2, ..Camera::default() });
         let frames: Vec<GrayFrame> = fine.frames.iter().map(binned).collect();
@@ -73,7 +73,7 @@ fn at_twice_the_resolution_the_path_stays() {
 
 #[test]
 fn at_twice_the_frame_rate_the_path_stays() {
-    assert_same_paths(&SCENES, |scene| {
+    assert_same_paths(&SCALE_FREE, |scene| {
         // What the fast camera sees, and every second picture of it.
         let fast = recorded(scene, Camera { rate: 2, ..Camera::default() });
         let frames: Vec<GrayFrame> = fast.frames.iter().step_by(2).cloned().collect();

@@ -12,6 +12,9 @@ use seamtrack::units::{MmPerPx, StripeAxis};
 /// Joint and light.
 pub const SCENES: [&str; 6] =
     ["butt, mild", "lap, mild", "vgroove, medium", "fillet, medium", "butt, medium", "hairline, clean"];
+/// Those but the hairline, whose notches are looked for at fixed widths and whose presence is counted in frames: at twice the
+/// resolution it is found 9 frames later, at twice the frame rate 4 (docs/units.md).
+pub const SCALE_FREE: [&str; 5] = ["butt, mild", "lap, mild", "vgroove, medium", "fillet, medium", "butt, medium"];
 /// Length of a recording at the nominal frame rate.
 const FRAMES: usize = 60;
 /// Fixed in advance.

@@ -297,7 +297,7 @@ mod tests {
             let noise = 0.4 * (7.3 * du).sin();
             over(du - root_du).filter(|_| depth > 0.0).map_or(bare, |row| bare.min(row)) + noise
         };
-        (-80..=80).map(|du| f64::from(du)).map(|du| Peak { du_px: du, v_px: row(du), height_grey: 100.0 }).collect()
+        (-80..=80).map(f64::from).map(|du| Peak { du_px: du, v_px: row(du), height_grey: 100.0 }).collect()
     }
 
     #[test]

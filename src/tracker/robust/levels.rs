@@ -21,6 +21,9 @@ const LEAST_RASTER_PX: (usize, usize) = (160, 120);
 /// shoulder \[px\]. Chosen: half of what the next finer one can hold.
 const LEAST_GAP_PX: f64 = 28.0;
 const LEAST_HALF_WIDTH_PX: f64 = 40.0;
+/// A coarser raster is also for a stripe that has at least this SD there \[px\]: in the next finer one it would be twice as
+/// thick, and what looks at it is made for stripes of SD 1.2 to 3.8 px.
+const LEAST_STRIPE_SD_PX: f64 = 1.9;
 
 /// Least half length of a joint along the stripe \[px\].
 const LEAST_HALF_SPAN_PX: f64 = 5.0;
@@ -108,12 +111,13 @@ impl Span {
     }
 }
 
-/// Whether a joint is too large for the next finer raster.
+/// Whether a joint is too large for the next finer raster, or its stripe too thick.
 fn is_large(seed: &Seed) -> bool {
-    match seed.model.kind {
+    let joint_is_large = match seed.model.kind {
         JointKind::Butt => seed.fit.edges.is_some_and(|edges| edges.gap_px >= LEAST_GAP_PX),
         JointKind::Lap => classify::step_px(seed).abs() >= LEAST_GAP_PX,
         JointKind::VGroove => seed.model.half_width_px.is_some_and(|half_px| half_px >= LEAST_HALF_WIDTH_PX),
         JointKind::Fillet => false,
-    }
+    };
+    joint_is_large || seed.model.stripe_sd_px >= LEAST_STRIPE_SD_PX
 }
