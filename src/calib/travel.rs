@@ -39,9 +39,46 @@ struct Piece {
     v: [usize; 2],
 }
 
+/// Fewer different frames than this have no mean that is still light alone.
+const LEAST_STILL: usize = 8;
+
+/// The light that does not move: the mean of a recording's different frames. Stripe, glare, dirt on the glass and blocks
+/// of a JPEG stand still while the plate moves, and would hold the registration at no motion.
+#[derive(Default)]
+pub struct StillLight {
+    sums: Vec<f32>,
+    count: usize,
+    last: Option<GrayFrame>,
+}
+
+impl StillLight {
+    /// Adds a frame; a repeated one does not count.
+    pub fn add(&mut self, frame: &GrayFrame) {
+        if self.sums.is_empty() {
+            self.sums = vec![0.0; frame.pixels().len()];
+        }
+        if self.sums.len() == frame.pixels().len() && self.last.as_ref() != Some(frame) {
+            self.sums.iter_mut().zip(frame.pixels()).for_each(|(sum, grey)| *sum += f32::from(*grey));
+            self.count += 1;
+            self.last = Some(frame.clone());
+        }
+    }
+
+    /// What of a frame is not still.
+    fn taken_off(&self, frame: &GrayFrame) -> Vec<f32> {
+        let grey = frame.pixels().iter().map(|&grey| f32::from(grey));
+        if self.count < LEAST_STILL || self.sums.len() != frame.pixels().len() {
+            return grey.collect();
+        }
+        let share = 1.0 / self.count as f32;
+        grey.zip(&self.sums).map(|(grey, sum)| grey - share * sum).collect()
+    }
+}
+
 /// Registers frames one after another.
 pub struct Travel {
     axis: StripeAxis,
+    still: StillLight,
     last: Option<(GrayFrame, Contrast, Contrast)>,
     /// The pieces are those of the first frame.
     pieces: Vec<Piece>,
@@ -61,10 +98,10 @@ pub enum Moved {
 }
 
 impl Travel {
-    /// For recordings whose stripe runs along `axis`.
+    /// For recordings whose stripe runs along `axis`; `still` is the light of all of its frames that does not move.
     #[must_use]
-    pub const fn new(axis: StripeAxis) -> Self {
-        Self { axis, last: None, pieces: vec![] }
+    pub const fn new(axis: StripeAxis, still: StillLight) -> Self {
+        Self { axis, still, last: None, pieces: vec![] }
     }
 
     /// How far the plate moved since the last frame.
@@ -75,14 +112,10 @@ impl Travel {
         if self.pieces.is_empty() {
             self.pieces = pieces(frame, self.axis);
         }
-        let fine = contrast(
-            frame.width_px(),
-            frame.height_px(),
-            frame.pixels().iter().map(|&g| f32::from(g)).collect(),
-            SMOOTH_HALF_PX,
-            MEAN_HALF_PX,
-        );
-        let coarse = reduced(frame);
+        let (width, height) = (frame.width_px(), frame.height_px());
+        let moving = self.still.taken_off(frame);
+        let coarse = reduced(width, height, &moving);
+        let fine = contrast(width, height, moving, SMOOTH_HALF_PX, MEAN_HALF_PX);
         let moved = match &self.last {
             None => Moved::First,
             Some((_, last_fine, last_coarse)) => self.register((last_fine, &fine), (last_coarse, &coarse)),
@@ -135,12 +168,12 @@ fn pieces(frame: &GrayFrame, axis: StripeAxis) -> Vec<Piece> {
     sides.into_iter().filter(|[a, b]| b - a >= BESIDE_PX).map(piece).collect()
 }
 
-fn reduced(frame: &GrayFrame) -> Contrast {
-    let (width, height) = (frame.width_px() / REDUCTION, frame.height_px() / REDUCTION);
+fn reduced(full_width: usize, full_height: usize, moving: &[f32]) -> Contrast {
+    let (width, height) = (full_width / REDUCTION, full_height / REDUCTION);
     let mut values = vec![0.0; width * height];
     for v in 0..height * REDUCTION {
         for u in 0..width * REDUCTION {
-            values[v / REDUCTION * width + u / REDUCTION] += f32::from(frame.row(v)[u]);
+            values[v / REDUCTION * width + u / REDUCTION] += moving[v * full_width + u];
         }
     }
     contrast(width, height, values, 0, MEAN_HALF_PX / REDUCTION)
@@ -245,7 +278,7 @@ mod tests {
 
     #[test]
     fn the_plates_texture_is_followed_to_a_tenth_of_a_pixel_past_a_stripe_that_stands_still() {
-        let mut travel = Travel::new(StripeAxis::Vertical);
+        let mut travel = Travel::new(StripeAxis::Vertical, StillLight::default());
         assert_eq!(travel.step(&plate(0.0)), Moved::First);
         for (to, by) in [(8.8, 8.8), (17.6, 8.8), (14.0, -3.6)] {
             let Moved::By(moved) = travel.step(&plate(to)) else { panic!("nothing to hold on to") };

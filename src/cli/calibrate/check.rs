@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::camera::{Board, parse_board};
 use super::laser::{board_of, read_pairs};
-use super::pictures::{Folder, read_poses};
+use super::pictures::{Folder, read_poses, still_light};
 use super::{parse_finite, parse_positive};
 
 /// Test a calibration by a flat plate, a known step, a known travel, or its own boards
@@ -94,7 +94,10 @@ impl Check {
     fn recording(&self, sensor: &LaserCamera) -> anyhow::Result<Vec<(&'static str, Checked)>> {
         let poses = self.poses.as_deref().map(read_poses).transpose()?;
         let sensor = self.for_recording(sensor)?;
-        let mut travel = poses.as_ref().map(|_| TravelCheck::new(&sensor));
+        let mut travel = match poses {
+            Some(_) => Some(TravelCheck::new(&sensor, still_light(&self.input)?)),
+            None => None,
+        };
         let mut source = source::open(&self.input, 1.0)?;
         let mut frames = Sample::default();
         let mut count = 0;

@@ -12,7 +12,7 @@ use seamtrack::calib::travel::{Moved, Travel};
 use seamtrack::source;
 use seamtrack::units::StripeAxis;
 
-use super::pictures::read_poses;
+use super::pictures::{read_poses, still_light};
 use super::{expect_new, write_calibration};
 
 /// Find one scale from known displacements
@@ -80,7 +80,7 @@ impl Scale {
     fn follow_recording(&self, poses: &Path) -> anyhow::Result<(Vec<Position>, Axis)> {
         let poses = read_poses(poses)?;
         let axis = if self.stripe == Stripe::Vertical { StripeAxis::Vertical } else { StripeAxis::Horizontal };
-        let mut travel = Travel::new(axis);
+        let mut travel = Travel::new(axis, still_light(&self.input)?);
         let mut source = source::open(&self.input, 1.0)?;
         let mut at_px = Vector2::zeros();
         let mut track: Vec<(Vector2<f64>, usize)> = vec![];
