@@ -123,8 +123,34 @@ impl Scale {
             mm: (poses[*frame] - poses[first.1]).dot(&along_mm),
         };
         let moved_along = if along_px.x.abs() >= along_px.y.abs() { Axis::U } else { Axis::V };
-        Ok((track.iter().map(position).collect(), moved_along))
+        Ok((without_lost(track.iter().map(position).collect()), moved_along))
     }
+}
+
+/// A frame whose registration went astray lies far from the line of the others, by more than this many robust σ.
+const ASTRAY_SIGMAS: f64 = 5.0;
+
+/// The positions without those of frames that went astray; their number goes to stderr.
+fn without_lost(mut positions: Vec<Position>) -> Vec<Position> {
+    let all = positions.len();
+    for _ in 0..3 {
+        let Ok(fit) = fit_scale(&positions) else { break };
+        let off = |p: &Position| p.px * fit.mm_per_px - p.mm;
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(0.0)
+        };
+        let middle = median(positions.iter().map(off).collect());
+        let sigma = 1.4826 * median(positions.iter().map(|p| (off(p) - middle).abs()).collect());
+        positions.retain(|p| (off(p) - middle).abs() <= ASTRAY_SIGMAS * sigma);
+    }
+    if positions.len() < all {
+        eprintln!(
+            "seamtrack: {} of {all} frames left out: their place does not follow the others",
+            all - positions.len()
+        );
+    }
+    positions
 }
 
 /// The columns of pixels and millimetres: by name, else the first two.
