@@ -5,7 +5,7 @@ use nalgebra::Vector2;
 use super::check::{CheckError, Checked, Figure, median, stripe_points};
 use super::laser_camera::LaserCamera;
 use super::scale::{LEAST_POSITIONS, Position, fit_scale};
-use super::travel::{Moved, Travel};
+use super::travel::{Moved, StillLight, Travel};
 use crate::frame::GrayFrame;
 
 /// Follows a plate through a recording whose robot's travel is known.
@@ -21,10 +21,10 @@ pub struct TravelCheck<'a> {
 }
 
 impl<'a> TravelCheck<'a> {
-    /// A check with this sensor.
+    /// A check with this sensor; `still` is the light of the recording that does not move.
     #[must_use]
-    pub fn new(sensor: &'a LaserCamera) -> Self {
-        let travel = Travel::new(sensor.stripe_axis());
+    pub fn new(sensor: &'a LaserCamera, still: StillLight) -> Self {
+        let travel = Travel::new(sensor.stripe_axis(), still);
         Self { sensor, travel, track: vec![], texture_mm: Vector2::zeros(), heights: vec![], frames: 0, lost: 0 }
     }
 

@@ -16,11 +16,14 @@ const PIECE_PX: usize = 150;
 const SMOOTH_HALF_PX: usize = 2;
 /// Half the window of the mean that is taken off, so that light which does not move has no say \[px\].
 const MEAN_HALF_PX: usize = 16;
-/// Reduction of the first pass, and its reach \[reduced px\]: moves of up to 64 px a frame are found.
+/// Reduction of the first pass, and its reach \[reduced px\]: moves of up to 96 px are found.
 const REDUCTION: usize = 4;
-const COARSE_REACH: isize = 16;
+const COARSE_REACH: isize = 24;
 /// Reach of the second pass \[px\].
 const FINE_REACH: isize = 5;
+/// Frames are registered with one reference until it is this far away \[px\]: a small error of each registration then counts
+/// once in several frames, and what is left of the still light is far from the peak.
+const REFERENCE_PX: f64 = 64.0;
 /// A piece is believed above this correlation, and beside a better one only when both moves agree \[px\].
 const LEAST_CORRELATION: f64 = 0.3;
 const AGREE_PX: f64 = 2.0;
@@ -39,10 +42,50 @@ struct Piece {
     v: [usize; 2],
 }
 
+/// Fewer different frames than this have no mean that is still light alone.
+const LEAST_STILL: usize = 8;
+
+/// The light that does not move: the mean of a recording's different frames. Stripe, glare, dirt on the glass and blocks
+/// of a JPEG stand still while the plate moves, and would hold the registration at no motion.
+#[derive(Default)]
+pub struct StillLight {
+    sums: Vec<f32>,
+    count: usize,
+    last: Option<GrayFrame>,
+}
+
+impl StillLight {
+    /// Adds a frame; a repeated one does not count.
+    pub fn add(&mut self, frame: &GrayFrame) {
+        if self.sums.is_empty() {
+            self.sums = vec![0.0; frame.pixels().len()];
+        }
+        if self.sums.len() == frame.pixels().len() && self.last.as_ref() != Some(frame) {
+            self.sums.iter_mut().zip(frame.pixels()).for_each(|(sum, grey)| *sum += f32::from(*grey));
+            self.count += 1;
+            self.last = Some(frame.clone());
+        }
+    }
+
+    /// What of a frame is not still.
+    fn taken_off(&self, frame: &GrayFrame) -> Vec<f32> {
+        let grey = frame.pixels().iter().map(|&grey| f32::from(grey));
+        if self.count < LEAST_STILL || self.sums.len() != frame.pixels().len() {
+            return grey.collect();
+        }
+        let share = 1.0 / self.count as f32;
+        grey.zip(&self.sums).map(|(grey, sum)| grey - share * sum).collect()
+    }
+}
+
 /// Registers frames one after another.
 pub struct Travel {
     axis: StripeAxis,
-    last: Option<(GrayFrame, Contrast, Contrast)>,
+    still: StillLight,
+    previous: Option<GrayFrame>,
+    reference: Option<(Contrast, Contrast)>,
+    /// Of the last good frame from the reference \[px\].
+    offset_px: Vector2<f64>,
     /// The pieces are those of the first frame.
     pieces: Vec<Piece>,
 }
@@ -61,40 +104,43 @@ pub enum Moved {
 }
 
 impl Travel {
-    /// For recordings whose stripe runs along `axis`.
+    /// For recordings whose stripe runs along `axis`; `still` is the light of all of its frames that does not move.
     #[must_use]
-    pub const fn new(axis: StripeAxis) -> Self {
-        Self { axis, last: None, pieces: vec![] }
+    pub const fn new(axis: StripeAxis, still: StillLight) -> Self {
+        Self { axis, still, previous: None, reference: None, offset_px: Vector2::new(0.0, 0.0), pieces: vec![] }
     }
 
     /// How far the plate moved since the last frame.
     pub fn step(&mut self, frame: &GrayFrame) -> Moved {
-        if self.last.as_ref().is_some_and(|(last, ..)| last == frame) {
+        if self.previous.as_ref() == Some(frame) {
             return Moved::Repeated;
         }
+        self.previous = Some(frame.clone());
         if self.pieces.is_empty() {
             self.pieces = pieces(frame, self.axis);
         }
-        let fine = contrast(
-            frame.width_px(),
-            frame.height_px(),
-            frame.pixels().iter().map(|&g| f32::from(g)).collect(),
-            SMOOTH_HALF_PX,
-            MEAN_HALF_PX,
-        );
-        let coarse = reduced(frame);
-        let moved = match &self.last {
-            None => Moved::First,
-            Some((_, last_fine, last_coarse)) => self.register((last_fine, &fine), (last_coarse, &coarse)),
+        let (width, height) = (frame.width_px(), frame.height_px());
+        let moving = self.still.taken_off(frame);
+        let coarse = reduced(width, height, &moving);
+        let fine = contrast(width, height, moving, SMOOTH_HALF_PX, MEAN_HALF_PX);
+        let Some((reference_fine, reference_coarse)) = &self.reference else {
+            self.reference = Some((fine, coarse));
+            return Moved::First;
         };
-        // A frame that shows nothing is passed over: the next one is registered with the last good one.
-        if moved != Moved::Unknown {
-            self.last = Some((frame.clone(), fine, coarse));
+        // A frame that shows nothing is passed over: the next one is registered with the same reference.
+        let Some(offset_px) = self.register((reference_fine, &fine), (reference_coarse, &coarse)) else {
+            return Moved::Unknown;
+        };
+        let by_px = offset_px - self.offset_px;
+        self.offset_px = offset_px;
+        if offset_px.norm() > REFERENCE_PX {
+            self.reference = Some((fine, coarse));
+            self.offset_px = Vector2::zeros();
         }
-        moved
+        Moved::By(by_px)
     }
 
-    fn register(&self, fine: (&Contrast, &Contrast), coarse: (&Contrast, &Contrast)) -> Moved {
+    fn register(&self, fine: (&Contrast, &Contrast), coarse: (&Contrast, &Contrast)) -> Option<Vector2<f64>> {
         let found = self.pieces.iter().filter_map(|piece| {
             let small = Piece { u: piece.u.map(|u| u / REDUCTION), v: piece.v.map(|v| v / REDUCTION) };
             let (rough, _) = best_shift(coarse, small, (0, 0), COARSE_REACH)?;
@@ -102,13 +148,13 @@ impl Travel {
             best_shift(fine, *piece, start, FINE_REACH).filter(|(_, correlation)| *correlation > LEAST_CORRELATION)
         });
         let found: Vec<(Vector2<f64>, f64)> = found.collect();
-        let Some((best, _)) = found.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1)) else { return Moved::Unknown };
+        let (best, _) = found.iter().copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
         let (mut sum, mut weight) = (Vector2::zeros(), 0.0);
         for (shift, correlation) in found.into_iter().filter(|(shift, _)| (shift - best).norm() < AGREE_PX) {
             sum += shift * correlation;
             weight += correlation;
         }
-        Moved::By(sum / weight)
+        Some(sum / weight)
     }
 }
 
@@ -135,12 +181,12 @@ fn pieces(frame: &GrayFrame, axis: StripeAxis) -> Vec<Piece> {
     sides.into_iter().filter(|[a, b]| b - a >= BESIDE_PX).map(piece).collect()
 }
 
-fn reduced(frame: &GrayFrame) -> Contrast {
-    let (width, height) = (frame.width_px() / REDUCTION, frame.height_px() / REDUCTION);
+fn reduced(full_width: usize, full_height: usize, moving: &[f32]) -> Contrast {
+    let (width, height) = (full_width / REDUCTION, full_height / REDUCTION);
     let mut values = vec![0.0; width * height];
     for v in 0..height * REDUCTION {
         for u in 0..width * REDUCTION {
-            values[v / REDUCTION * width + u / REDUCTION] += f32::from(frame.row(v)[u]);
+            values[v / REDUCTION * width + u / REDUCTION] += moving[v * full_width + u];
         }
     }
     contrast(width, height, values, 0, MEAN_HALF_PX / REDUCTION)
@@ -245,7 +291,7 @@ mod tests {
 
     #[test]
     fn the_plates_texture_is_followed_to_a_tenth_of_a_pixel_past_a_stripe_that_stands_still() {
-        let mut travel = Travel::new(StripeAxis::Vertical);
+        let mut travel = Travel::new(StripeAxis::Vertical, StillLight::default());
         assert_eq!(travel.step(&plate(0.0)), Moved::First);
         for (to, by) in [(8.8, 8.8), (17.6, 8.8), (14.0, -3.6)] {
             let Moved::By(moved) = travel.step(&plate(to)) else { panic!("nothing to hold on to") };

@@ -77,11 +77,11 @@ impl Board {
         let svg = board_svg(self.squares, self.square).map_err(|problem| anyhow!(problem))?;
         write_new(&self.output, &svg, self.force)?;
         let [columns, rows] = self.squares;
-        println!("{}: {columns} x {rows} squares, {} x {} inner corners", self.output.display(), columns - 1, rows - 1);
-        println!("print it at 100 %, check the ruler, glue it to something flat");
+        outln!("{}: {columns} x {rows} squares, {} x {} inner corners", self.output.display(), columns - 1, rows - 1);
+        outln!("print it at 100 %, check the ruler, glue it to something flat");
         if (columns + rows) % 2 == 0 {
-            eprintln!(
-                "seamtrack: a board with one odd and one even number of squares shows which way round it lies; this one does not"
+            errln!(
+                "a board with one odd and one even number of squares shows which way round it lies; this one does not"
             );
         }
         Ok(ExitCode::SUCCESS)
@@ -116,10 +116,10 @@ fn write_calibration(path: &Path, file: &mut CalibrationFile, force: bool) -> an
 /// Prints what was left out to stderr, and what is weak to stdout.
 fn print_advice(left_out: &[String], advice: &[String]) {
     for reason in left_out {
-        eprintln!("seamtrack: left out: {reason}");
+        errln!("left out: {reason}");
     }
     for sentence in advice {
-        println!("  to improve: {sentence}");
+        outln!("  to improve: {sentence}");
     }
 }
 

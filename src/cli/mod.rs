@@ -1,5 +1,21 @@
 //! The command line, one file a subcommand. Results go to stdout, diagnostics to stderr.
 
+/// Prints a line of a result; where that fails, says so.
+macro_rules! outln {
+    ($($text:tt)*) => {
+        if let Err(error) = $crate::cli::say::print(&(format!($($text)*) + "\n")) {
+            $crate::cli::say::tell(&$crate::cli::say::one_line(error.as_ref()));
+        }
+    };
+}
+
+/// Prints a line of diagnostics.
+macro_rules! errln {
+    ($($text:tt)*) => {
+        $crate::cli::say::tell(&format!($($text)*))
+    };
+}
+
 mod calibrate;
 mod compare;
 mod config;

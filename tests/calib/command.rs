@@ -106,13 +106,7 @@ fn boards_in_folders_become_a_calibration_that_passes_and_fails_its_checks() {
     seamtrack(&laser).assert().success().stdout(contains("laser plane").and(contains("together with the camera")));
     for page in ["camera.html", "calibration.html"] {
         let page = std::fs::read_to_string(path(page)).unwrap();
-        assert!(
-            page.contains("<svg")
-                && !page.contains("NaN")
-                && !page.contains("src=\"http")
-                && !page.contains("href=\"http"),
-            "{page}"
-        );
+        assert!(page.contains("<svg") && !page.contains("NaN") && !page.contains("://"), "{}", &page[..200]);
     }
     let file = CalibrationFile::read(Path::new(&path("calibration.toml"))).unwrap();
     assert_eq!((file.images.len(), file.views.len()), (18, 9));

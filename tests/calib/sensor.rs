@@ -7,6 +7,7 @@ use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use rand_pcg::Pcg32;
 use seamtrack::calib::board::BoardSize;
 use seamtrack::calib::camera::{CameraFit, fit_camera};
+use seamtrack::calib::check::{check_step, stripe_points};
 use seamtrack::calib::detect::{Picture, Pictures, detect};
 use seamtrack::calib::laser::{KnownCamera, LaserFit, fit_laser};
 use seamtrack::calib::laser_camera::LaserCamera;
@@ -59,7 +60,10 @@ pub struct Trial {
     pub absolute: Vec<(Vector2<f64>, Vector2<f64>)>,
     /// Errors in the camera frame when the best rigid motion is taken off [mm].
     pub relative: Vec<Vector3<f64>>,
+    /// From medians of the depth on either side: a tilt of the plane counts.
     pub step_error_mm: f64,
+    /// From two levels with one slope, as `calibrate check --step` does: a tilt does not count.
+    pub level_error_mm: f64,
     pub step_sigma_mm: f64,
     pub lateral_error_mm: f64,
     pub lateral_sigma_mm: f64,
@@ -147,11 +151,15 @@ impl Bench {
         let mut random = Pcg32::new(seed, 78);
         let step =
             self.renderer.render(&StepSurface { distance_mm: 250.0, step_mm: STEP_MM }, true, &mut random).unwrap();
+        let lean = scene.plane.axes().height.z.abs();
+        let seen = stripe_points(sensor, &step).ok_or("no stripe on the step")?;
+        let levels = check_step(sensor, &[seen], STEP_MM / lean, 1.0).map_err(|e| e.to_string())?;
         let measured_mm = self.step_in(&step, sensor).ok_or("no stripe on the step")?;
         Ok(Trial {
             absolute: absolute.collect(),
             relative: without_motion(&found, &truth),
             step_error_mm: measured_mm - STEP_MM,
+            level_error_mm: levels.figures[0].value * lean,
             step_sigma_mm: apart(7, 17) * STEP_MM / (found[17] - found[7]).norm(),
             lateral_error_mm: (found[14] - found[10]).norm() - (truth[14] - truth[10]).norm(),
             lateral_sigma_mm: apart(10, 14),
@@ -215,7 +223,7 @@ impl fmt::Display for Trial {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "camera {:.3} px, fx {:+.2} ± {:.2}; plane {:.4} mm; relative {:.4} {:.4} {:.4} mm; absolute height {:.4} mm (stated {:.4}); step {:+.4} ± {:.4}; 100 mm {:+.4} ± {:.4}",
+            "camera {:.3} px, fx {:+.2} ± {:.2}; plane {:.4} mm; relative {:.4} {:.4} {:.4} mm; absolute height {:.4} mm (stated {:.4}); step {:+.4}, as levels {:+.4} ± {:.4}; 100 mm {:+.4} ± {:.4}",
             self.rms_px,
             self.focal_error_px,
             self.focal_sigma_px,
@@ -226,6 +234,7 @@ impl fmt::Display for Trial {
             rms(self.absolute.iter().map(|(e, _)| e.y)),
             rms(self.absolute.iter().map(|(_, s)| s.y)),
             self.step_error_mm,
+            self.level_error_mm,
             self.step_sigma_mm,
             self.lateral_error_mm,
             self.lateral_sigma_mm
@@ -239,6 +248,7 @@ pub struct Summary {
     pub seeds: usize,
     pub relative_mm: [f64; 3],
     pub step_mm: f64,
+    pub level_mm: f64,
     pub lateral_mm: f64,
     /// Share of 95 % intervals that hold the truth: lateral and height of points, a distance of 100 mm, the focal length.
     pub coverage: [f64; 4],
@@ -253,6 +263,7 @@ impl Summary {
             seeds: trials.len(),
             relative_mm: [relative(0), relative(1), relative(2)],
             step_mm: rms(trials.iter().map(|t| t.step_error_mm)),
+            level_mm: rms(trials.iter().map(|t| t.level_error_mm)),
             lateral_mm: rms(trials.iter().map(|t| t.lateral_error_mm)),
             coverage: [
                 share(points().map(|(e, s)| e.x.abs() < Z_95 * s.x).collect()),
@@ -270,8 +281,8 @@ impl fmt::Display for Summary {
         let [lateral, height, distance, focal] = self.coverage;
         write!(
             f,
-            "{} seeds: points without rigid motion {x:.4} {y:.4} {z:.4} mm rms; step of {STEP_MM} mm {:.4} mm rms; 100 mm {:.4} mm rms; 95 % intervals hold lateral {lateral:.3}, height {height:.3}, 100 mm {distance:.3}, fx {focal:.3}",
-            self.seeds, self.step_mm, self.lateral_mm
+            "{} seeds: points without rigid motion {x:.4} {y:.4} {z:.4} mm rms; step of {STEP_MM} mm {:.4} mm rms, as levels {:.4}; 100 mm {:.4} mm rms; 95 % intervals hold lateral {lateral:.3}, height {height:.3}, 100 mm {distance:.3}, fx {focal:.3}",
+            self.seeds, self.step_mm, self.level_mm, self.lateral_mm
         )
     }
 }

@@ -69,13 +69,13 @@ impl Camera {
         write_camera_page(&page, &self.folder.display().to_string(), &file, &fit)?;
         print(&fit);
         print_advice(&fit.left_out, &fit.advice);
-        println!("written: {}, {}", self.output.display(), page.display());
+        outln!("written: {}, {}", self.output.display(), page.display());
         Ok(ExitCode::SUCCESS)
     }
 }
 
 fn print(fit: &CameraFit) {
-    println!(
+    outln!(
         "camera: {:.3} px rms over {} views in {} poses, {:.3} px on views left out; board {} inner corners",
         fit.rms_px,
         fit.views.len(),
@@ -88,21 +88,23 @@ fn print(fit: &CameraFit) {
         let sigma = fit.covariance[(i, i)].max(0.0).sqrt();
         let decimals = if i < 4 { 2 } else { 5 };
         if sigma > 0.0 {
-            println!("  {name} {:.decimals$} ± {sigma:.decimals$}", values[i]);
+            outln!("  {name} {:.decimals$} ± {sigma:.decimals$}", values[i]);
         }
     }
     if let Some((middle, worst)) = camera_map(fit).map(|map| map.middle_and_worst_px()) {
-        println!(
-            "  a projection is known to {middle:.2} px in the picture's middle and {worst:.2} px at its rim (1 σ)"
-        );
+        outln!("  a projection is known to {middle:.2} px in the picture's middle and {worst:.2} px at its rim (1 σ)");
     }
-    println!("  the boards' tilts spread by {:.0}°", fit.tilt_spread_deg);
+    outln!("  the boards' tilts spread by {:.0}°", fit.tilt_spread_deg);
     for view in &fit.views {
         let dropped = view.sighting.corners.len() - view.sighting.used_corners();
         let note = if dropped > 0 { format!(", {dropped} corners left out") } else { String::new() };
-        println!(
+        outln!(
             "  {}: {:.3} px, {:.3} px when left out, tilt {:.0}° at {:.0} mm{note}",
-            view.sighting.name, view.rms_px, view.left_out_rms_px, view.tilt_deg, view.pose.translation_mm.z
+            view.sighting.name,
+            view.rms_px,
+            view.left_out_rms_px,
+            view.tilt_deg,
+            view.pose.translation_mm.z
         );
     }
 }

@@ -16,7 +16,7 @@ use serde_json::json;
 
 use super::camera::{Board, parse_board};
 use super::laser::{board_of, read_pairs};
-use super::pictures::{Folder, read_poses};
+use super::pictures::{Folder, read_poses, still_light};
 use super::{parse_finite, parse_positive};
 
 /// Test a calibration by a flat plate, a known step, a known travel, or its own boards
@@ -72,11 +72,11 @@ impl Check {
             if of_recording { self.recording(&sensor)? } else { vec![("boards", self.boards(&file, &sensor)?)] };
         let good = checks.iter().all(|(_, checked)| checked.is_good());
         if self.json {
-            println!("{:#}", self.as_json(&checks, good));
+            outln!("{:#}", self.as_json(&checks, good));
         } else {
             checks.iter().for_each(|(name, checked)| print(name, checked));
             let verdict = if good { "GOOD: the calibration passes" } else { "BAD: do not trust this calibration here" };
-            println!("{verdict}");
+            outln!("{verdict}");
         }
         Ok(ExitCode::from(if good { 0 } else { 3 }))
     }
@@ -87,14 +87,17 @@ impl Check {
         let pairs = read_pairs(self.pairs.as_deref(), &pictures, &self.input)?;
         let found = find_stripes(&pictures, &pairs, board, sensor.intrinsics(), sensor.size_px());
         let (views, left_out) = found.with_context(|| self.input.display().to_string())?;
-        left_out.iter().for_each(|reason| eprintln!("seamtrack: left out: {reason}"));
+        left_out.iter().for_each(|reason| errln!("left out: {reason}"));
         check_boards(sensor, (board, square_mm), &views, self.gate).with_context(|| self.input.display().to_string())
     }
 
     fn recording(&self, sensor: &LaserCamera) -> anyhow::Result<Vec<(&'static str, Checked)>> {
         let poses = self.poses.as_deref().map(read_poses).transpose()?;
         let sensor = self.for_recording(sensor)?;
-        let mut travel = poses.as_ref().map(|_| TravelCheck::new(&sensor));
+        let mut travel = match poses {
+            Some(_) => Some(TravelCheck::new(&sensor, still_light(&self.input)?)),
+            None => None,
+        };
         let mut source = source::open(&self.input, 1.0)?;
         let mut frames = Sample::default();
         let mut count = 0;
@@ -185,15 +188,15 @@ impl Sample {
 }
 
 fn print(name: &str, checked: &Checked) {
-    println!("{name}: {} frames or views", checked.used);
+    outln!("{name}: {} frames or views", checked.used);
     for figure in &checked.figures {
         let mark = if figure.is_good() { "ok " } else { "BAD" };
-        println!("  {mark} {}: {:.3} {} (up to {:.3})", figure.name, figure.value, figure.unit, figure.limit);
+        outln!("  {mark} {}: {:.3} {} (up to {:.3})", figure.name, figure.value, figure.unit, figure.limit);
         if !figure.is_good() {
-            println!("      {}", figure.meaning);
+            outln!("      {}", figure.meaning);
         }
     }
     for note in &checked.notes {
-        println!("  {note}");
+        outln!("  {note}");
     }
 }

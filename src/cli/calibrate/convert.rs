@@ -66,7 +66,7 @@ impl Import {
         let mut file = CalibrationFile::default();
         file.set_camera(size_px, &imported.intrinsics);
         write_calibration(&self.output, &mut file, self.force)?;
-        println!(
+        outln!(
             "{}: a camera of {}, {} x {} pixels; nothing is known of its uncertainty",
             self.output.display(),
             imported.dialect,
@@ -88,7 +88,7 @@ impl Export {
             Dialect::Ros => to_ros(&camera.intrinsics, camera.size_px, &name),
         };
         write_new(&self.output, &text, self.force)?;
-        println!("{}", self.output.display());
+        outln!("{}", self.output.display());
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -80,8 +80,8 @@ impl Laser {
         write_laser_page(&page, &self.folder.display().to_string(), &file, &fit)?;
         print(&fit);
         print_advice(&fit.left_out, &fit.advice);
-        println!("written: {}, {}", self.output.display(), page.display());
-        println!("test it with what you have: seamtrack calibrate check {} RECORDING --plate", self.output.display());
+        outln!("written: {}, {}", self.output.display(), page.display());
+        outln!("test it with what you have: seamtrack calibrate check {} RECORDING --plate", self.output.display());
         Ok(ExitCode::SUCCESS)
     }
 }
@@ -158,7 +158,7 @@ fn read_hand_eye(path: &Path) -> anyhow::Result<[[f64; 4]; 4]> {
 
 fn print(fit: &LaserFit) {
     let n = fit.sensor.plane().normal();
-    println!(
+    outln!(
         "laser plane: normal ({:.5}, {:.5}, {:.5}), distance {:.3} mm; {:.3} mm rms over the stripes of {} poses",
         n.x,
         n.y,
@@ -167,11 +167,14 @@ fn print(fit: &LaserFit) {
         fit.rms_mm,
         fit.poses
     );
-    println!("  fitted {}", if fit.jointly { "together with the camera" } else { "under the camera as it was given" });
+    outln!("  fitted {}", if fit.jointly { "together with the camera" } else { "under the camera as it was given" });
     if let Some(range) = fit.sensor.range() {
-        println!(
+        outln!(
             "  calibrated: lateral {:.0} to {:.0} mm, height {:.0} to {:.0} mm (towards the camera, from the point nearest to it)",
-            range.lateral_mm[0], range.lateral_mm[1], range.height_mm[0], range.height_mm[1]
+            range.lateral_mm[0],
+            range.lateral_mm[1],
+            range.height_mm[0],
+            range.height_mm[1]
         );
         let lateral_mm = 0.5 * (range.lateral_mm[0] + range.lateral_mm[1]);
         for height_mm in [range.height_mm[0], 0.5 * (range.height_mm[0] + range.height_mm[1]), range.height_mm[1]] {
@@ -179,7 +182,7 @@ fn print(fit: &LaserFit) {
             let at = pixel
                 .and_then(|pixel| Some((fit.sensor.calibration_covariance_mm2(pixel)?, fit.sensor.jacobian(pixel)?)));
             if let Some((covariance, jacobian)) = at {
-                println!(
+                outln!(
                     "  at {height_mm:.0} mm: lateral ± {:.3}, height ± {:.3} mm (1 σ of the calibration); {:.3} mm of height a pixel",
                     covariance[(0, 0)].sqrt(),
                     covariance[(1, 1)].sqrt(),
@@ -189,7 +192,7 @@ fn print(fit: &LaserFit) {
         }
     }
     for view in &fit.views {
-        println!(
+        outln!(
             "  {}: mean {:+.3} mm, {:+.3} mm when left out, scatter {:.2} px{}",
             view.seen.board.name,
             view.mean_mm,

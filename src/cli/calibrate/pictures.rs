@@ -6,6 +6,7 @@ use anyhow::{Context, bail};
 use nalgebra::Vector3;
 use seamtrack::calib::detect::{Picture, Pictures};
 use seamtrack::calib::file::sha256_hex;
+use seamtrack::calib::travel::StillLight;
 use seamtrack::source;
 
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "bmp", "tif", "tiff"];
@@ -59,6 +60,16 @@ impl Pictures for Folder {
 
 fn name_of(path: &Path) -> String {
     path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default()
+}
+
+/// The light of a recording that does not move.
+pub fn still_light(recording: &Path) -> anyhow::Result<StillLight> {
+    let mut still = StillLight::default();
+    let mut source = source::open(recording, 1.0)?;
+    std::iter::from_fn(|| source.next_frame())
+        .filter_map(|frame| frame.picture.ok())
+        .for_each(|picture| still.add(&picture));
+    Ok(still)
 }
 
 /// The positions of a robot, one a frame: the columns x, y, z by name, else the first three numbers of a line [mm].

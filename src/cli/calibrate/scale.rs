@@ -12,7 +12,7 @@ use seamtrack::calib::travel::{Moved, Travel};
 use seamtrack::source;
 use seamtrack::units::StripeAxis;
 
-use super::pictures::read_poses;
+use super::pictures::{read_poses, still_light};
 use super::{expect_new, write_calibration};
 
 /// Find one scale from known displacements
@@ -72,7 +72,7 @@ impl Scale {
         let mut file = CalibrationFile { scale: Some(scale), ..CalibrationFile::default() };
         write_calibration(&self.output, &mut file, self.force)?;
         print(&fit, axis);
-        println!("written: {}", self.output.display());
+        outln!("written: {}", self.output.display());
         Ok(ExitCode::SUCCESS)
     }
 
@@ -80,7 +80,7 @@ impl Scale {
     fn follow_recording(&self, poses: &Path) -> anyhow::Result<(Vec<Position>, Axis)> {
         let poses = read_poses(poses)?;
         let axis = if self.stripe == Stripe::Vertical { StripeAxis::Vertical } else { StripeAxis::Horizontal };
-        let mut travel = Travel::new(axis);
+        let mut travel = Travel::new(axis, still_light(&self.input)?);
         let mut source = source::open(&self.input, 1.0)?;
         let mut at_px = Vector2::zeros();
         let mut track: Vec<(Vector2<f64>, usize)> = vec![];
@@ -104,7 +104,7 @@ impl Scale {
             bail!("{frames} frames and only {} poses: one line a frame is needed", poses.len());
         }
         if poses.len() > frames {
-            eprintln!("seamtrack: {} poses for {frames} frames: the last ones are not used", poses.len());
+            errln!("{} poses for {frames} frames: the last ones are not used", poses.len());
         }
         if lost * 5 > track.len() + lost {
             bail!(
@@ -123,8 +123,31 @@ impl Scale {
             mm: (poses[*frame] - poses[first.1]).dot(&along_mm),
         };
         let moved_along = if along_px.x.abs() >= along_px.y.abs() { Axis::U } else { Axis::V };
-        Ok((track.iter().map(position).collect(), moved_along))
+        Ok((without_lost(track.iter().map(position).collect()), moved_along))
     }
+}
+
+/// A frame whose registration went astray lies far from the line of the others, by more than this many robust σ.
+const ASTRAY_SIGMAS: f64 = 5.0;
+
+/// The positions without those of frames that went astray; their number goes to stderr.
+fn without_lost(mut positions: Vec<Position>) -> Vec<Position> {
+    let all = positions.len();
+    for _ in 0..3 {
+        let Ok(fit) = fit_scale(&positions) else { break };
+        let off = |p: &Position| p.px * fit.mm_per_px - p.mm;
+        let median = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            values.get(values.len() / 2).copied().unwrap_or(0.0)
+        };
+        let middle = median(positions.iter().map(off).collect());
+        let sigma = 1.4826 * median(positions.iter().map(|p| (off(p) - middle).abs()).collect());
+        positions.retain(|p| (off(p) - middle).abs() <= ASTRAY_SIGMAS * sigma);
+    }
+    if positions.len() < all {
+        errln!("{} of {all} frames left out: their place does not follow the others", all - positions.len());
+    }
+    positions
 }
 
 /// The columns of pixels and millimetres: by name, else the first two.
@@ -153,17 +176,22 @@ fn read_positions(path: &Path) -> anyhow::Result<Vec<Position>> {
 }
 
 fn print(fit: &ScaleFit, axis: &str) {
-    println!(
+    outln!(
         "scale: {:.5} mm/px along {axis}, 95 % between {:.5} and {:.5}",
         fit.mm_per_px,
         fit.mm_per_px - fit.half_95_mm_per_px,
         fit.mm_per_px + fit.half_95_mm_per_px
     );
-    println!(
+    outln!(
         "  {} positions, {:.0} of them independent; residual {:.3} mm, worst {:.3} mm at {:.2} mm; a position left out is missed by up to {:.3} mm",
-        fit.positions, fit.independent, fit.rms_mm, fit.worst_mm, fit.worst_at_mm, fit.held_out_mm
+        fit.positions,
+        fit.independent,
+        fit.rms_mm,
+        fit.worst_mm,
+        fit.worst_at_mm,
+        fit.held_out_mm
     );
     if fit.reversed {
-        println!("  the coordinate falls while the displacement grows");
+        outln!("  the coordinate falls while the displacement grows");
     }
 }
