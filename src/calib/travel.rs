@@ -276,13 +276,28 @@ fn correlation(from: &Contrast, to: &Contrast, piece: Piece, (du, dv): (isize, i
 mod tests {
     use super::*;
 
+    /// Smooth noise that repeats nowhere: random values on a lattice, −1 to 1, and between them.
+    fn grain(x: f64, y: f64) -> f64 {
+        let at = |i: f64, j: f64| {
+            let mut hash = (i as i64 as u64).wrapping_mul(0x9E37_79B9_7F4A_7C15)
+                ^ (j as i64 as u64).wrapping_mul(0xC2B2_AE3D_27D4_EB4F);
+            hash = (hash ^ (hash >> 29)).wrapping_mul(0xBF58_476D_1CE4_E5B9);
+            ((hash >> 40) as f64) / f64::from(1 << 23) - 1.0
+        };
+        let (i, j) = (x.floor(), y.floor());
+        let ease = |t: f64| t * t * (3.0 - 2.0 * t);
+        let (a, b) = (ease(x - i), ease(y - j));
+        let row = |j: f64| (1.0 - a) * at(i, j) + a * at(i + 1.0, j);
+        (1.0 - b) * row(j) + b * row(j + 1.0)
+    }
+
     /// A plate's texture under a stripe that stands still, seen from `at_px`.
     fn plate(at_px: f64) -> GrayFrame {
         let mut frame = GrayFrame::filled(300, 200, 0).unwrap();
         for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
             let (u, v) = ((i % 300) as f64, (i / 300) as f64);
             let x = u - at_px;
-            let texture = (0.31 * x + 0.2 * v).sin() + (0.17 * x - 0.23 * v).sin() + (0.07 * x + 0.41 * v).cos();
+            let texture = 2.0 * grain(x / 5.0, v / 5.0);
             let stripe = 150.0 * (-0.5 * ((u - 150.0) / 3.0).powi(2)).exp();
             *pixel = (60.0 + 12.0 * texture + stripe).round() as u8;
         }
@@ -291,7 +306,10 @@ mod tests {
 
     #[test]
     fn the_plates_texture_is_followed_to_a_tenth_of_a_pixel_past_a_stripe_that_stands_still() {
-        let mut travel = Travel::new(StripeAxis::Vertical, StillLight::default());
+        // As the command does: what stands still is known from all frames.
+        let mut still = StillLight::default();
+        (0..24).for_each(|i| still.add(&plate(8.8 * f64::from(i))));
+        let mut travel = Travel::new(StripeAxis::Vertical, still);
         assert_eq!(travel.step(&plate(0.0)), Moved::First);
         for (to, by) in [(8.8, 8.8), (17.6, 8.8), (14.0, -3.6)] {
             let Moved::By(moved) = travel.step(&plate(to)) else { panic!("nothing to hold on to") };
