@@ -10,7 +10,7 @@ pub struct ImageSection {
     pub height: usize,
 }
 
-/// The camera, as in [`Intrinsics`], with what its fit left over.
+/// The camera, as in [`Intrinsics`](super::intrinsics::Intrinsics), with what its fit left over.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[expect(missing_docs, reason = "the fields are the file's keys")]
 pub struct CameraSection {

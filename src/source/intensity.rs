@@ -75,7 +75,7 @@ pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn 
         #[cfg(feature = "video")]
         Kind::Other => Box::new(Grey(video::Video::open(path, period)?)),
         #[cfg(not(feature = "video"))]
-        Kind::Other => return Err(SourceError::NotARecording(path.to_owned())),
+        Kind::Other => return Err(SourceError::UnknownKind(path.to_owned())),
     })
 }
 
@@ -121,8 +121,10 @@ impl<S: DecodedSource> IntensitySource for Pictures<S> {
 }
 
 /// A source that has 8 bits only.
+#[cfg(feature = "video")]
 struct Grey<S>(S);
 
+#[cfg(feature = "video")]
 impl<S: FrameSource> IntensitySource for Grey<S> {
     fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>> {
         let SourceFrame { file, time_s, picture } = self.0.next_frame()?;

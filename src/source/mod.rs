@@ -187,7 +187,7 @@ pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSourc
         #[cfg(feature = "video")]
         Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
         #[cfg(not(feature = "video"))]
-        Kind::NumPy | Kind::Other => return Err(SourceError::NotARecording(path.to_owned())),
+        Kind::NumPy | Kind::Other => return Err(SourceError::UnknownKind(path.to_owned())),
     })
 }
 
