@@ -5,9 +5,9 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale};
+use super::{FrameError, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack};
 #[cfg(feature = "video")]
-use super::video;
-use super::{FrameError, FrameSource, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack};
+use super::{FrameSource, video};
 use crate::frame::IntensityFrame;
 
 /// How the values of a recording become intensities: black becomes 0, white 1, the same for every frame.
