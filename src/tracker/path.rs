@@ -47,8 +47,9 @@ impl Memory {
 pub enum Event {
     /// None is followed.
     Nothing,
-    /// A joint was found; `before` is where it was in the frames before, the newest first.
-    Found { view: View, measured: Measured, before: [Option<Measured>; REMEMBERED] },
+    /// A joint was found; `before` is where it was in the frames before, the newest first, and `row_bias_px2` what no smoother
+    /// averages out of its row \[px²\].
+    Found { view: View, measured: Measured, before: [Option<Measured>; REMEMBERED], row_bias_px2: f64 },
     /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`.
     Followed { measured: Option<Measured>, noise: f64, shaking_px2: f64 },
     /// It was lost, and stays so until something is accepted again.
@@ -61,6 +62,7 @@ pub enum Event {
 #[derive(Debug)]
 struct Joint {
     view: View,
+    row_bias_px2: f64,
     start: usize,
     /// From where on there is nothing to smooth: it ended, or was lost for good.
     end: Option<usize>,
@@ -124,10 +126,11 @@ impl SeamPath {
             Event::Nothing | Event::Lost | Event::Ended => None,
         };
         match event {
-            Event::Found { view, before, .. } => {
+            Event::Found { view, before, row_bias_px2, .. } => {
                 let start = self.recall(&before);
                 self.joints.push(Joint {
                     view,
+                    row_bias_px2,
                     start,
                     end: None,
                     last_seen: frame,
@@ -220,7 +223,11 @@ impl SeamPath {
             }
             None => whole(run),
         };
-        Ok(states.into_iter().map(|state| state.map(|state| height::reading(&state))).collect())
+        let reading = |state: Gaussian<3>| {
+            let (v_px, variance_px2) = height::reading(&state);
+            (v_px, variance_px2 + joint.row_bias_px2)
+        };
+        Ok(states.into_iter().map(|state| state.map(reading)).collect())
     }
 }
 

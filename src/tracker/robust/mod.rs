@@ -161,7 +161,15 @@ impl RobustTracker {
             seam: Some(following.seam()),
             evidence: sighting.evidence,
             section: sighting.section,
-            memory: Memory { beats, event: Event::Found { view, measured: sighting.measured(1.0), before } },
+            memory: Memory {
+                beats,
+                event: Event::Found {
+                    view,
+                    measured: sighting.measured(1.0),
+                    before,
+                    row_bias_px2: following.row_bias_px2(),
+                },
+            },
             ..Estimate::seeking(Observation::Seed)
         };
         let frame = self.frame_number - 1;
