@@ -6,6 +6,7 @@ SEEDS ?= 1-5
 ABLATION_SEEDS ?= 61-63
 KINDS_SEEDS ?= 121-124
 SENSORS_SEED ?= 1
+REGRESS ?=
 PLATES_SEEDS ?= 201-205
 
 .PHONY: demo test build setup checks bench regress ablation kinds sensors plates peers clean
@@ -48,7 +49,7 @@ bench: setup
 
 # All built-in scenes over several seeds, one table.
 regress: setup
-	$(CARGO) run --release --example regress -- --seeds $(SEEDS)
+	$(CARGO) run --release --example regress -- --seeds $(SEEDS) $(REGRESS)
 
 # What each part of the robust method is worth: it is taken away, and the table printed.
 ablation: setup
