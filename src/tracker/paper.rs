@@ -195,6 +195,10 @@ impl Follow for PaperTracker {
         true
     }
 
+    fn pass_over(&mut self) {
+        self.frame_number += 1;
+    }
+
     fn joint(&self) -> Option<&JointDecision> {
         self.joint.as_ref()
     }

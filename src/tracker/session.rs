@@ -45,6 +45,8 @@ pub trait Follow: Send {
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError>;
     /// Whether a picture that came before is to be looked at again.
     fn looks_at_repeats(&self) -> bool;
+    /// A picture that came before passes without being looked at.
+    fn pass_over(&mut self);
     /// The joint found last.
     fn joint(&self) -> Option<&JointDecision>;
 }
@@ -127,6 +129,7 @@ impl Session {
             self.follow.miss(tick, Observation::BadStamp)?
         } else if is_repeated && !self.follow.looks_at_repeats() {
             self.held_beats += tick.beats;
+            self.follow.pass_over();
             self.repeat()
         } else {
             self.held_beats = 0.0;
@@ -291,6 +294,25 @@ mod tests {
             assert!((seam.centre.u_px - truth.u_px).abs() < 0.5, "frame {i}: {seam:?} against {truth:?}");
             assert!((seam.centre.v_px - truth.v_px).abs() < 1.0, "frame {i}: {seam:?} against {truth:?}");
         }
+    }
+
+    #[test]
+    fn a_joint_found_after_repeated_pictures_has_the_number_of_its_own_frame() {
+        let (scene, mut session) = (scene("hairline-clean", 60), session());
+        let mut frame = 0_u32;
+        for i in 0..60 {
+            let picture = scene.render(i);
+            for _ in 0..2 {
+                let was_known = session.joint().is_some();
+                session.step(&picture, 0.2 * f64::from(frame)).unwrap();
+                if let Some(joint) = session.joint().filter(|_| !was_known) {
+                    assert_eq!(joint.frame, frame as usize);
+                    return;
+                }
+                frame += 1;
+            }
+        }
+        panic!("no joint was found");
     }
 
     #[test]

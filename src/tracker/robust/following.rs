@@ -119,7 +119,8 @@ impl Following {
     ) -> Result<Self, TrackerError> {
         let eye = Eye::Hairline(Box::new(HairlineEye::new(tracker)));
         let scale = mm_per_px(sensor, &view, sighting.centre);
-        Self::start(eye, sighting, (scale, HAIRLINE_LOST_STD_PX), view, parts)
+        let following = Self::start(eye, sighting, (scale, HAIRLINE_LOST_STD_PX), view, parts)?;
+        Ok(Self { judge: following.judge.clone().without_doubts(), ..following })
     }
 
     fn start(

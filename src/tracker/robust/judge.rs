@@ -69,6 +69,8 @@ pub struct Judge {
     doubt_px: f64,
     sightings: f64,
     lost_std_px: f64,
+    /// A clear sighting elsewhere speaks against the prediction.
+    has_doubts: bool,
     parts: Parts,
 }
 
@@ -87,8 +89,15 @@ impl Judge {
             doubt_px: 0.0,
             sightings: 1.0,
             lost_std_px,
+            has_doubts: true,
             parts,
         })
+    }
+
+    /// For sightings that are all called clear, and some of which are wild: they raise no doubts.
+    #[must_use]
+    pub fn without_doubts(self) -> Self {
+        Self { has_doubts: false, ..self }
     }
 
     /// Goes `beats` on, with the measurements' noise scaled by `noise`.
@@ -166,7 +175,7 @@ impl Judge {
             let doubt = if vouched { 0.0 } else { nis };
             return Ok((nis, Verdict::Taken(self.take(doubt, u_px, R_px2)?)));
         }
-        if clear {
+        if clear && self.has_doubts {
             self.doubt_px = self.doubt_px.max((u_px - self.position().0).abs());
         }
         self.refused.push_back(Refused { at: self.now, u_px, clear, expected: nis <= INFLATE_NIS });

@@ -307,6 +307,10 @@ impl Follow for RobustTracker {
         false
     }
 
+    fn pass_over(&mut self) {
+        self.frame_number += 1;
+    }
+
     fn joint(&self) -> Option<&JointDecision> {
         self.joint.as_ref()
     }
