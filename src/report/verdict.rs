@@ -117,7 +117,7 @@ fn availability(run: &Run) -> Doubts {
     let unavailable = run.unavailable();
     let mut doubts = vec![];
     let percent = unavailable.percent();
-    if unavailable.missing > 0 || percent > limit_pct(run) {
+    if unavailable.missing > 0 || percent > limit_pct(run).min(MAX_UNAVAILABLE_PCT) {
         let limit_pct = limit_pct(run);
         doubts.push((beyond(run, percent), format!("No value on {percent:.1} % of the frames (limit {limit_pct} %).")));
     }
@@ -353,6 +353,13 @@ mod tests {
     #[test]
     fn long_seeking_is_bad_though_everything_was_tracked_afterwards() {
         assert_eq!(verdict(&run(&("s".repeat(50) + &"t".repeat(50)), 1.0)).trust, Trust::Bad);
+    }
+
+    #[test]
+    fn long_seeking_is_to_be_checked_also_where_the_user_allows_it() {
+        let mut long = run(&("s".repeat(50) + &"t".repeat(50)), 1.0);
+        long.summary.limits.max_unavailable_pct = Some(100.0);
+        assert_eq!(verdict(&long).trust, Trust::Check);
     }
 
     #[test]
