@@ -4,6 +4,8 @@
 //! windows of a fixed size, so the picture is brought to them: the raster has `scale` pixels for each of the picture's.
 //! Lengths named `_px` behind this point are the raster's.
 
+use std::borrow::Cow;
+
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
@@ -46,10 +48,10 @@ impl Raster {
     /// The picture in this raster: each pixel the mean of those it covers. What is left over at the right and lower
     /// border is cut off. `None` where nothing would be left.
     #[must_use]
-    pub fn resample(self, picture: &GrayFrame) -> Option<GrayFrame> {
+    pub fn resample(self, picture: &GrayFrame) -> Option<Cow<'_, GrayFrame>> {
         let side = (1.0 / self.scale).round() as usize;
         if side <= 1 {
-            return Some(picture.clone());
+            return Some(Cow::Borrowed(picture));
         }
         let (width, height) = (picture.width_px() / side, picture.height_px() / side);
         let mut sums = vec![0u32; width];
@@ -65,7 +67,7 @@ impl Raster {
             }
             pixels.extend(sums.iter().map(|sum| ((sum + count / 2) / count) as u8));
         }
-        GrayFrame::new(width, height, pixels).ok()
+        GrayFrame::new(width, height, pixels).ok().map(Cow::Owned)
     }
 }
 
@@ -94,6 +96,6 @@ mod tests {
         assert_eq!((coarse.width_px(), coarse.height_px()), (2, 2));
         assert_eq!(coarse.pixels(), [30, 50, 130, 150]);
         assert_eq!(Raster::coarser(5).resample(&picture), None);
-        assert_eq!(Raster::PICTURE.resample(&picture).unwrap(), picture);
+        assert_eq!(*Raster::PICTURE.resample(&picture).unwrap(), picture);
     }
 }

@@ -83,16 +83,6 @@ pub struct RunOutcome {
     pub joints: Vec<JointDecision>,
 }
 
-impl RunOutcome {
-    /// Frames without a value: lost, unreadable, or seeking after the seam was first confirmed; all of them when it
-    /// never was.
-    #[must_use]
-    pub fn unavailable_frames(&self) -> usize {
-        let valueless = |row: &&PathRow| !matches!(row.status, RowStatus::Tracked | RowStatus::Coasting);
-        self.rows[self.confirmed_at.unwrap_or(0)..].iter().filter(valueless).count()
-    }
-}
-
 /// A run that cannot begin or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {

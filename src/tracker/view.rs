@@ -1,5 +1,7 @@
 //! From the picture to the frame in which a seam is followed, and back.
 
+use std::borrow::Cow;
+
 use crate::frame::GrayFrame;
 use crate::imgproc::Raster;
 use crate::units::{PixelPoint, StripeAxis};
@@ -24,8 +26,8 @@ impl View {
     }
 
     /// The picture as this view has it; its stripe runs along the rows already.
-    pub fn frame(&self, level: &GrayFrame) -> Option<GrayFrame> {
-        self.raster.resample(level)
+    pub fn frame<'a>(&self, picture: &'a GrayFrame) -> Option<Cow<'a, GrayFrame>> {
+        self.raster.resample(picture)
     }
 
     /// Pixels of the picture for one of the view.

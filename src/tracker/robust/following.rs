@@ -119,8 +119,9 @@ impl Following {
     ) -> Result<Self, TrackerError> {
         let eye = Eye::Hairline(Box::new(HairlineEye::new(tracker)));
         let scale = mm_per_px(sensor, &view, sighting.centre);
-        let following = Self::start(eye, sighting, (scale, HAIRLINE_LOST_STD_PX), view, parts)?;
-        Ok(Self { judge: following.judge.clone().without_doubts(), ..following })
+        let mut following = Self::start(eye, sighting, (scale, HAIRLINE_LOST_STD_PX), view, parts)?;
+        following.judge = following.judge.without_doubts();
+        Ok(following)
     }
 
     fn start(
