@@ -13,6 +13,7 @@ pub mod calibration;
 mod canvas;
 pub mod compare;
 pub mod export;
+mod head;
 pub mod marks;
 mod model;
 pub mod overlay;

@@ -9,6 +9,7 @@ use std::path::Path;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
+use super::head::head;
 use crate::calib::camera::CameraFit;
 use crate::calib::error::GOOD_VIEWS;
 use crate::calib::file::CalibrationFile;
@@ -17,7 +18,6 @@ use crate::calib::laser::LaserFit;
 use crate::calib::laser_camera::PlanePoint;
 use crate::calib::uncertainty::{UncertaintyMap, uncertainty_map};
 
-const STYLE: &str = include_str!("../page/page.css");
 const OWN_STYLE: &str = include_str!("calibration.css");
 /// The page itself forbids any network access and any script.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
@@ -218,15 +218,7 @@ fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsErro
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="color-scheme" content="light dark";
-                link rel="icon" href="data:,";
-                title { (title) }
-                style { (PreEscaped(STYLE)) (PreEscaped(OWN_STYLE)) }
-            }
+            (head(title, POLICY, &html! { style { (PreEscaped(OWN_STYLE)) } }))
             body { (body) }
         }
     };

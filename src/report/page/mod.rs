@@ -12,6 +12,7 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
+use super::head::head;
 use super::model::{PageModel, image, several, single};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
@@ -24,7 +25,6 @@ pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
 /// Kept free for markup, style, script and the marks of stored frames \[bytes\].
 const MARKUP_BYTES: usize = 120_000;
 
-const STYLE: &str = include_str!("page.css");
 const CHART_STYLE: &str = include_str!("chart.css");
 const SCRIPT: [&str; 4] =
     [include_str!("chart.js"), include_str!("histogram.js"), include_str!("viewer.js"), include_str!("page.js")];
@@ -89,16 +89,7 @@ pub(super) fn write_page(
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            head {
-                meta charset="utf-8";
-                meta name="viewport" content="width=device-width, initial-scale=1";
-                meta http-equiv="Content-Security-Policy" content=(POLICY);
-                meta name="color-scheme" content="light dark";
-                link rel="icon" href="data:,";
-                title { (title) }
-                style { (PreEscaped(STYLE)) }
-                style id="chart-style" { (PreEscaped(CHART_STYLE)) }
-            }
+            (head(title, POLICY, &html! { style id="chart-style" { (PreEscaped(CHART_STYLE)) } }))
             body {
                 (body)
                 script type="application/json" id="model" { (PreEscaped(json)) }
