@@ -61,6 +61,9 @@ pub struct Track {
     /// The seam in the first frame, if you know better than the seed
     #[arg(long, value_name = "U,V", value_parser = parse_point)]
     seed_at: Option<PixelPoint>,
+    /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
+    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
+    roi: Option<[usize; 4]>,
     /// Scale along the stripe
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     mm_per_px: Option<MmPerPx>,
@@ -182,6 +185,7 @@ impl Track {
         config.speed_mm_s = self.speed.or(config.speed_mm_s);
         config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
         config.seed_at = self.seed_at.map(|p| [p.u_px, p.v_px]).or(config.seed_at);
+        config.roi = self.roi.or(config.roi);
         config.method()?;
         Ok(config)
     }
@@ -350,6 +354,12 @@ fn parse_point(text: &str) -> Result<PixelPoint, String> {
         Some((u_px, v_px)) => Ok(PixelPoint::new(u_px, v_px)),
         None => Err("expected U,V in pixels, for example 320,240".into()),
     }
+}
+
+fn parse_roi(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Result<Vec<usize>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let roi = numbers.ok().and_then(|numbers| <[usize; 4]>::try_from(numbers).ok());
+    roi.ok_or_else(|| "expected U,V,W,H in whole pixels, for example 600,380,320,460".into())
 }
 
 pub(super) fn parse_percentage(text: &str) -> Result<f64, String> {

@@ -24,7 +24,7 @@ use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceF
 use crate::tracker::{
     Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
 };
-use crate::units::{PixelPoint, StripeAxis};
+use crate::units::{PixelPoint, PixelRect, StripeAxis};
 
 /// One frame of a run, for those who watch it.
 pub struct Seen<'a> {
@@ -100,6 +100,15 @@ pub enum RunError {
         /// Columns and rows of the frames.
         size_px: (usize, usize),
     },
+    /// The user's seed is not in the part that is looked at.
+    #[error("the seed {}, {} lies outside the part to look at, {} x {} pixels from ({}, {}): give a point of it",
+        seed.u_px, seed.v_px, roi.width_px, roi.height_px, roi.u_px, roi.v_px)]
+    SeedOutsideRoi {
+        /// The seed.
+        seed: PixelPoint,
+        /// The part of the picture.
+        roi: PixelRect,
+    },
     /// No frame could be read.
     #[error("none of the {frames} frames could be read; the first: {first}")]
     NothingReadable {
@@ -162,6 +171,7 @@ impl<'a> Run<'a> {
             axis: config.stripe.axis(),
             seed_at: config.seed_at(),
             sensor: Sensor::Scale(config.mm_per_px),
+            roi: config.roi(),
         })?;
         Ok(Self {
             config,
@@ -223,12 +233,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Refuses a seed outside the frames, whose size the first readable one tells.
+    /// Refuses a seed outside the frames, whose size the first readable one tells, or outside the part that is looked at.
     fn check_seed(&self) -> Result<(), RunError> {
-        match (self.config.seed_at(), self.sizes.size_px()) {
-            (Some(seed), Some(size_px)) if seed.u_px >= size_px.0 as f64 || seed.v_px >= size_px.1 as f64 => {
-                Err(RunError::SeedOutside { seed, size_px })
-            }
+        let (Some(seed), Some(size_px)) = (self.config.seed_at(), self.sizes.size_px()) else { return Ok(()) };
+        if seed.u_px >= size_px.0 as f64 || seed.v_px >= size_px.1 as f64 {
+            return Err(RunError::SeedOutside { seed, size_px });
+        }
+        match self.config.roi() {
+            Some(roi) if !roi.holds(seed) => Err(RunError::SeedOutsideRoi { seed, roi }),
             _ => Ok(()),
         }
     }
