@@ -230,7 +230,8 @@ impl Track {
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
-        let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
+        let reopen = || seamtrack::source::open(&job.input, self.period(config));
+        let outcome = seamtrack::run::track(source, &reopen, config, self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),

@@ -14,6 +14,8 @@ const LOOKED_AT_PX: usize = 900;
 /// Least contrast of a cell of a stripe, as a share of what a well-lit column has. Chosen: a dark plate has a fifth of a
 /// bright one's light.
 const LEAST_SHARE: f32 = 0.2;
+/// The least of all \[grey\]: the crest of a wide glare has less. Chosen: half of what a single column must have.
+const LEAST_CONTRAST_GREY: f32 = 8.0;
 /// Columns of cells that a piece may miss, and by how many rows of cells it may climb on the way, a column. Chosen: speckle;
 /// a slope of 1.
 const BRIDGED: usize = 6;
@@ -117,7 +119,7 @@ fn least_contrast(contrast: &[f32], rows: usize) -> f32 {
     let mut strongest: Vec<f32> = contrast.chunks_exact(rows).map(|c| c.iter().copied().fold(0.0, f32::max)).collect();
     let rank = strongest.len() * 9 / 10;
     let well_lit = *strongest.select_nth_unstable_by(rank, f32::total_cmp).1;
-    (LEAST_OVER_MEAN * mean).max(LEAST_SHARE * well_lit)
+    (LEAST_OVER_MEAN * mean).max(LEAST_SHARE * well_lit).max(LEAST_CONTRAST_GREY)
 }
 
 /// The rows of a column that have more than `least` and more than the rows beside them.

@@ -4,11 +4,13 @@ mod ahead;
 pub mod meltpool;
 mod rows;
 mod score;
+mod second_pass;
 mod summarise;
 
 use std::time::Instant;
 
 pub use score::error_table;
+pub use second_pass::Reopen;
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
@@ -20,7 +22,7 @@ use crate::report::marks::FrameMarks;
 use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
-use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
+use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceError, SourceFrame};
 use crate::tracker::{
     Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
 };
@@ -92,6 +94,9 @@ pub enum RunError {
     /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
+    /// The recording cannot be opened a second time.
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// The user's seed is not in the frames.
     #[error("the seed {}, {} lies outside the frames of {} x {} pixels: give a point of the image", seed.u_px, seed.v_px, size_px.0, size_px.1)]
     SeedOutside {
@@ -119,7 +124,8 @@ pub enum RunError {
     },
 }
 
-/// Tracks the seam through `source`. `watch` is called after each frame, in order.
+/// Tracks the seam through `source`. `watch` is called after each frame, in order. Where the smoother may look at the whole
+/// recording, frames that are left without a value are gone through once more, backwards, as `reopen` gives them.
 ///
 /// Frames are decoded on a second thread; the result does not depend on it.
 ///
@@ -127,6 +133,7 @@ pub enum RunError {
 /// When the configuration is wrong, no frame can be read, or the tracker fails.
 pub fn track(
     mut source: Box<dyn FrameSource>,
+    reopen: Reopen<'_>,
     config: &Config,
     origin: Origin,
     mut watch: impl FnMut(&Seen<'_>),
@@ -142,7 +149,7 @@ pub fn track(
             run.step(frame, &mut watch)
         },
     )?;
-    let mut outcome = run.finish(started.elapsed().as_secs_f64())?;
+    let mut outcome = run.finish(started.elapsed().as_secs_f64(), reopen)?;
     outcome.sixteen_bit_scale = sixteen_bit_scale;
     Ok(outcome)
 }
@@ -151,6 +158,7 @@ pub fn track(
 struct Run<'a> {
     config: &'a Config,
     origin: Origin,
+    settings: SessionSettings,
     session: Session,
     path: SeamPath,
     joints: Vec<JointDecision>,
@@ -166,17 +174,18 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(config: &'a Config, origin: Origin) -> Result<Self, RunError> {
-        let session = Session::new(&SessionSettings {
+        let settings = SessionSettings {
             method: config.method()?,
             axis: config.stripe.axis(),
             seed_at: config.seed_at(),
             sensor: Sensor::Scale(config.mm_per_px),
             roi: config.roi(),
-        })?;
+        };
         Ok(Self {
             config,
             origin,
-            session,
+            session: Session::new(&settings)?,
+            settings,
             path: SeamPath::new(config.fixed_lag),
             joints: vec![],
             sizes: SizeCheck::default(),
@@ -279,14 +288,19 @@ impl<'a> Run<'a> {
         counts.saturated += usize::from(picture.is_some_and(is_saturated));
     }
 
-    fn finish(mut self, elapsed_s: f64) -> Result<RunOutcome, RunError> {
+    fn finish(mut self, elapsed_s: f64, reopen: Reopen<'_>) -> Result<RunOutcome, RunError> {
         let Some(size_px) = self.sizes.size_px() else {
             let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
             return Err(RunError::NothingReadable { frames: self.rows.len(), first });
         };
         let axis = self.session.axis();
         if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
-            fill_smoothed(&mut self.rows, &self.path.smoothed()?, axis, calibration);
+            let mut smoothed = self.path.smoothed()?;
+            if self.config.fixed_lag.is_none() {
+                let settings = SessionSettings { axis: Some(axis), seed_at: None, ..self.settings };
+                second_pass::fill(&mut smoothed, &settings, size_px, reopen)?;
+            }
+            fill_smoothed(&mut self.rows, &smoothed, axis, calibration);
         }
         Ok(RunOutcome {
             size_px,

@@ -70,6 +70,10 @@ impl FrameSource for Folder {
         self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
+    fn skip(&mut self, frames: usize) {
+        self.files.drain(..frames.min(self.files.len()));
+    }
+
     fn frame_count(&self) -> Option<usize> {
         Some(self.count)
     }
