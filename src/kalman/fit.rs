@@ -16,11 +16,6 @@ const SMALLEST_VARIANCE: f64 = 1e-12;
 /// Process noise tried for a seam \[px²/frame⁴\], from straight to corners at every frame; chosen.
 const SEAM_ACCELERATION_PX2_FRAME4: [f64; 10] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-/// How often a fixed lag's process noise is fitted anew, over how many frames, and from how many measured ones on;
-/// chosen, a few seconds of welding.
-const FRAMES_BETWEEN_FITS: usize = 32;
-const FITTED_FRAMES: usize = 512;
-const LEAST_FITTED: usize = 24;
 
 /// A series filtered from its first measurements on.
 #[derive(Debug, Clone, PartialEq)]
@@ -105,37 +100,6 @@ pub fn smooth_seam(
     let smoothed = smoother::bryson_frazier(&run.trajectory).into_iter().map(Some);
     let states = std::iter::repeat_n(None, run.first).chain(smoothed).collect();
     Ok(SmoothedSeam { model, log_likelihood, states })
-}
-
-/// The state in each frame given the frames up to `lag` after it and no later one: the process noise, too, is that of
-/// the frames before, fitted anew every 32 frames over the last 512. None before the first measurement.
-///
-/// # Errors
-/// When a frame is invalid.
-pub fn smooth_seam_lagged(
-    model: &ColouredMeasurement,
-    frames: &[Frame<1>],
-    gate: Option<ChiSquareGate<1>>,
-    lag: usize,
-) -> Result<Vec<Option<Gaussian<3>>>, SeriesError> {
-    let mut states = vec![None; frames.len()];
-    for known in (0..frames.len()).step_by(FRAMES_BETWEEN_FITS) {
-        let end = (known + FRAMES_BETWEEN_FITS).min(frames.len());
-        let start = known.saturating_sub(FITTED_FRAMES.max(lag));
-        let before = &frames[start..known];
-        let enough = before.iter().filter(|frame| frame.is_measured()).count() >= LEAST_FITTED;
-        let model = if enough { fit_seam(model, before, gate)? } else { *model };
-        let run = match filter(&model, &frames[start..end], gate) {
-            Err(SeriesError::TooShort { .. }) => continue,
-            run => run?,
-        };
-        let smoothed = smoother::fixed_lag(&run.trajectory, lag);
-        let told = if end == frames.len() { end } else { end.saturating_sub(lag) };
-        for frame in (start + run.first).max(known.saturating_sub(lag))..told {
-            states[frame] = Some(smoothed[frame - start - run.first]);
-        }
-    }
-    Ok(states)
 }
 
 /// The model with the process noise that makes the series most likely.

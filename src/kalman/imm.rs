@@ -125,6 +125,12 @@ impl<const N: usize, const K: usize> Imm<N, K> {
         Ok(self.output().update(space, z, None)?.nis)
     }
 
+    /// The transition the mixture stands for, Σ μᵢ Fᵢ.
+    #[must_use]
+    pub fn transition_matrix<const M: usize>(&self, spaces: &[StateSpace<N, M>; K]) -> SMatrix<f64, N, N> {
+        spaces.iter().zip(self.probabilities).map(|(space, probability)| space.F * probability).sum()
+    }
+
     /// The process noise the mixture stands for, Σ μᵢ Qdᵢ.
     #[must_use]
     pub fn process_noise<const M: usize>(&self, spaces: &[StateSpace<N, M>; K]) -> SMatrix<f64, N, N> {

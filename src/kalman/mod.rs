@@ -15,6 +15,7 @@
 //! | `imm` | several models at once |
 //! | `model` | what every model offers a series |
 //! | `series`, `smoother`, `fit` | a whole recording: filtered, smoothed, its noise found by likelihood |
+//! | `link` | a filter that runs, smoothed a few frames behind |
 //! | `consistency` | whether a filter's own idea of its error is right |
 
 pub mod adaptive;
@@ -26,6 +27,7 @@ mod constant_velocity;
 pub mod fit;
 mod gaussian;
 mod imm;
+mod link;
 pub mod literal;
 mod model;
 mod nelder_mead;
@@ -41,6 +43,7 @@ pub use constant_velocity::{Acceleration, ConstantVelocity, TwoPointCovariance, 
 pub use fit::Filtered;
 pub use gaussian::{ChiSquareGate, Gaussian, InnovationNotPositive, Update};
 pub use imm::{Imm, ImmUpdate};
+pub use link::{Link, first_of};
 pub use model::{Model, NoiseParameter};
 pub use series::{Frame, SeriesError, Step, Trajectory};
 pub use state_space::{InvalidParameter, StateSpace};

@@ -24,7 +24,7 @@ use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
 use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceError, SourceFrame};
 use crate::tracker::{
-    Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
+    Estimate, Evidence, JointDecision, Observation, SeamEstimate, SeamPath, Session, SessionSettings, TrackerError,
 };
 use crate::units::{PixelPoint, PixelRect, StripeAxis};
 
@@ -161,6 +161,8 @@ struct Run<'a> {
     settings: SessionSettings,
     session: Session,
     path: SeamPath,
+    /// The path a few frames behind, where that is asked for.
+    lagged: Vec<Option<SeamEstimate>>,
     joints: Vec<JointDecision>,
     sizes: SizeCheck,
     calibration: Option<ScaleCalibration>,
@@ -180,13 +182,15 @@ impl<'a> Run<'a> {
             seed_at: config.seed_at(),
             sensor: Sensor::Scale(config.mm_per_px),
             roi: config.roi(),
+            lag: config.fixed_lag,
         };
         Ok(Self {
             config,
             origin,
             session: Session::new(&settings)?,
             settings,
-            path: SeamPath::new(config.fixed_lag),
+            path: SeamPath::default(),
+            lagged: vec![],
             joints: vec![],
             sizes: SizeCheck::default(),
             calibration: None,
@@ -219,6 +223,7 @@ impl<'a> Run<'a> {
                 Some(estimate)
             }
         };
+        self.lagged.extend(self.session.due());
         self.calibrate(estimate.as_ref());
         let axis = self.session.axis().unwrap_or(StripeAxis::Horizontal);
         let started_s = self.rows.first().map_or(time_s, |first| first.time_s);
@@ -295,11 +300,14 @@ impl<'a> Run<'a> {
         };
         let axis = self.session.axis();
         if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
-            let mut smoothed = self.path.smoothed()?;
-            if self.config.fixed_lag.is_none() {
+            let smoothed = if self.config.fixed_lag.is_some() {
+                self.lagged.into_iter().chain(self.session.rest()).collect()
+            } else {
+                let mut smoothed = self.path.smoothed()?;
                 let settings = SessionSettings { axis: Some(axis), seed_at: None, ..self.settings };
                 second_pass::fill(&mut smoothed, &settings, size_px, reopen)?;
-            }
+                smoothed
+            };
             fill_smoothed(&mut self.rows, &smoothed, axis, calibration);
         }
         Ok(RunOutcome {

@@ -10,13 +10,15 @@
 //! | `paper` | the method of Du 2022 |
 //! | `robust` | our own |
 //! | `hairline`, `grid`, `grid_smooth` | joints that have neither edges nor a corner |
-//! | `path` | the smoother |
+//! | `path` | the smoother over a whole recording |
+//! | `lag` | the smoother a few frames behind a session |
 
 mod clock;
 mod estimate;
 mod grid;
 mod grid_smooth;
 mod hairline;
+mod lag;
 mod orientation;
 mod paper;
 mod path;

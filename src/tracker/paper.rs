@@ -6,6 +6,7 @@
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
+use super::lag::Links;
 use super::path::Memory;
 use super::session::{Follow, unseen};
 use super::view::{Field, View};
@@ -198,6 +199,10 @@ impl Follow for PaperTracker {
 
     fn pass_over(&mut self) {
         self.frame_number += 1;
+    }
+
+    fn links(&self) -> Option<Links> {
+        None
     }
 
     fn joint(&self) -> Option<&JointDecision> {

@@ -82,7 +82,6 @@ impl Joint {
 /// The recording so far.
 #[derive(Debug)]
 pub struct SeamPath {
-    lag: Option<usize>,
     fits_process_noise: bool,
     along: Vec<Frame<1>>,
     across: Vec<Frame<1>>,
@@ -93,17 +92,11 @@ pub struct SeamPath {
 
 impl Default for SeamPath {
     fn default() -> Self {
-        Self::new(None)
+        Self { fits_process_noise: true, along: vec![], across: vec![], places: vec![], joints: vec![] }
     }
 }
 
 impl SeamPath {
-    /// A path whose smoother may look `lag` frames ahead, or as far as the recording goes.
-    #[must_use]
-    pub const fn new(lag: Option<usize>) -> Self {
-        Self { lag, fits_process_noise: true, along: vec![], across: vec![], places: vec![], joints: vec![] }
-    }
-
     /// Without the search for the likeliest process noise: an ablation.
     #[must_use]
     pub fn without_fit(self) -> Self {
@@ -182,8 +175,7 @@ impl SeamPath {
         first
     }
 
-    /// The seam in each frame, in the picture, given all frames or those up to the lag after it; none where it was not
-    /// seen and cannot be bridged.
+    /// The seam in each frame, in the picture, given all frames; none where it was not seen and cannot be bridged.
     ///
     /// # Errors
     /// When a covariance breaks down.
@@ -204,10 +196,10 @@ impl SeamPath {
     fn smoothed_along(&self, joint: &Joint, frames: &[Frame<1>]) -> Result<Vec<Option<Reading>>, TrackerError> {
         let model = filter::model(PROCESS_NOISE, WHITE_VARIANCE_PX2, joint.mean(joint.noise, 1.0))?;
         let gate = Some(ChiSquareGate::<1>::P99);
-        let states = match self.lag {
-            Some(lag) => fit::smooth_seam_lagged(&model, frames, gate, lag)?,
-            None if self.fits_process_noise => fit::smooth_seam(&model, frames, gate)?.states,
-            None => whole(fit::filter(&model, frames, gate)?),
+        let states = if self.fits_process_noise {
+            fit::smooth_seam(&model, frames, gate)?.states
+        } else {
+            whole(fit::filter(&model, frames, gate)?)
         };
         let position = |state: Gaussian<3>| (state.x[0], state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2);
         Ok(states.into_iter().map(|state| state.map(position)).collect())
@@ -215,14 +207,7 @@ impl SeamPath {
 
     fn smoothed_across(&self, joint: &Joint, frames: &[Frame<1>]) -> Result<Vec<Option<Reading>>, TrackerError> {
         let model = height::model(joint.mean(joint.shaking_px2, height::FIRST_SHAKING_PX2), WHITE_VARIANCE_PX2)?;
-        let run = fit::filter(&model, frames, Some(ChiSquareGate::<1>::P99))?;
-        let states = match self.lag {
-            Some(lag) => {
-                let lagged = smoother::fixed_lag(&run.trajectory, lag).into_iter().map(Some);
-                std::iter::repeat_n(None, run.first).chain(lagged).collect()
-            }
-            None => whole(run),
-        };
+        let states = whole(fit::filter(&model, frames, Some(ChiSquareGate::<1>::P99))?);
         let reading = |state: Gaussian<3>| {
             let (v_px, variance_px2) = height::reading(&state);
             (v_px, variance_px2 + joint.row_bias_px2)
@@ -246,7 +231,8 @@ fn whole<const N: usize>(run: Filtered<N, 1>) -> Vec<Option<Gaussian<N>>> {
     std::iter::repeat_n(None, run.first).chain(states).collect()
 }
 
-fn estimate(along: Reading, across: Reading, view: &View) -> Option<SeamEstimate> {
+/// The seam from its coordinates in the view, if they are sure enough to be told.
+pub fn estimate(along: Reading, across: Reading, view: &View) -> Option<SeamEstimate> {
     let (std_px, std_across_px) = (along.1.sqrt(), across.1.sqrt());
     let seam = SeamEstimate { centre: PixelPoint::new(along.0, across.0), std_px, std_across_px };
     (std_px < LARGEST_STD_PX).then(|| seam.in_picture(view))

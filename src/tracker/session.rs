@@ -3,7 +3,8 @@
 use std::borrow::Cow;
 
 use super::clock::{Clock, Tick};
-use super::estimate::{Estimate, JointDecision, KcfReading, Observation, Status};
+use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
+use super::lag::{Lag, Links};
 use super::path::Memory;
 use super::view::Field;
 use super::{Method, PaperTracker, RobustTracker, TrackerError, find_axis};
@@ -28,13 +29,15 @@ pub struct SessionSettings {
     pub sensor: Sensor,
     /// The part of the picture that is looked at; all of it when none is given.
     pub roi: Option<PixelRect>,
+    /// Frames that [`Session::due`] waits for; none are when it is not given.
+    pub lag: Option<usize>,
 }
 
 impl SessionSettings {
     /// By `method`, with all else found from the frames.
     #[must_use]
     pub const fn new(method: Method) -> Self {
-        Self { method, axis: None, seed_at: None, sensor: Sensor::Pixels, roi: None }
+        Self { method, axis: None, seed_at: None, sensor: Sensor::Pixels, roi: None, lag: None }
     }
 }
 
@@ -50,6 +53,8 @@ pub trait Follow: Send {
     fn looks_at_repeats(&self) -> bool;
     /// A picture that came before passes without being looked at.
     fn pass_over(&mut self);
+    /// What a smoother needs of this step, if a seam is followed and the method has one.
+    fn links(&self) -> Option<Links>;
     /// The joint found last.
     fn joint(&self) -> Option<&JointDecision>;
 }
@@ -61,6 +66,7 @@ pub struct Session {
     axis: Option<StripeAxis>,
     seed_at: Option<PixelPoint>,
     roi: Option<PixelRect>,
+    lag: Option<Lag>,
     clock: Clock,
     previous: Option<GrayFrame>,
     last: Estimate,
@@ -86,6 +92,7 @@ impl Session {
             axis: settings.axis,
             seed_at: settings.seed_at,
             roi: settings.roi,
+            lag: settings.lag.map(Lag::new),
             clock: Clock::default(),
             previous: None,
             last: Estimate::seeking(Observation::NoStripe),
@@ -105,6 +112,24 @@ impl Session {
     #[must_use]
     pub fn joint(&self) -> Option<&JointDecision> {
         self.follow.joint()
+    }
+
+    /// The seam in the frame that is now as many frames ago as the session waits for, given those that came since; none in it
+    /// when the seam was not followed there. None before so many frames came.
+    #[must_use]
+    pub fn due(&self) -> Option<Option<SeamEstimate>> {
+        self.lag.as_ref()?.due()
+    }
+
+    /// The seam in the frames that are still waited for, the oldest first: for the end of a recording.
+    pub fn rest(&self) -> impl Iterator<Item = Option<SeamEstimate>> {
+        self.lag.iter().flat_map(Lag::rest)
+    }
+
+    fn wait(&mut self, is_same_moment: bool) {
+        let Some(lag) = &mut self.lag else { return };
+        let links = if is_same_moment { lag.last().map(Links::repeated) } else { self.follow.links() };
+        lag.push(links);
     }
 
     /// Takes the next frame, stamped `stamp_s` \[s\]. All points of the estimate are image coordinates.
@@ -144,6 +169,7 @@ impl Session {
         if !is_repeated {
             self.previous = Some(frame.clone());
         }
+        self.wait(estimate.memory.beats <= 0.0);
         self.last = Estimate { repeated: is_repeated, ..estimate };
         Ok(self.last)
     }
@@ -156,6 +182,7 @@ impl Session {
         let tick = self.clock.tick(stamp_s);
         self.is_stale = true;
         self.last = self.follow.miss(tick, Observation::Unreadable)?;
+        self.wait(false);
         Ok(self.last)
     }
 

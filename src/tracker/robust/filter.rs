@@ -7,7 +7,7 @@
 use nalgebra::{SMatrix, vector};
 
 use super::part::{Part, Parts};
-use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, StateSpace};
+use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, Link, StateSpace};
 
 /// Number of models, and the places of two of them.
 const MODELS: usize = 3;
@@ -79,6 +79,8 @@ pub struct SeamFilter {
     speed: f64,
     parts: Parts,
     spaces: [StateSpace<4, 1>; MODELS],
+    /// The last step.
+    link: Link<4>,
 }
 
 impl SeamFilter {
@@ -99,7 +101,8 @@ impl SeamFilter {
         (P[(0, 3)], P[(3, 0)]) = (-colour_px2, -colour_px2);
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], P)?;
         let speed = velocity_px.abs();
-        Ok(Self { imm: Imm::new(start, STAY)?, noise, speed, parts, spaces: spaces(noise, speed, 1.0, parts)? })
+        let (imm, spaces) = (Imm::new(start, STAY)?, spaces(noise, speed, 1.0, parts)?);
+        Ok(Self { imm, noise, speed, parts, spaces, link: Link::first(start) })
     }
 
     /// The scale of the measurements' noise.
@@ -117,10 +120,18 @@ impl SeamFilter {
     /// # Errors
     /// When `beats` is not positive.
     pub fn predict(&mut self, beats: f64) -> Result<(), InvalidParameter> {
-        self.speed = self.imm.output().x[1].abs().max(SPEED_MEMORY.powf(beats) * self.speed);
+        let before = self.imm.output();
+        self.speed = before.x[1].abs().max(SPEED_MEMORY.powf(beats) * self.speed);
         self.spaces = spaces(self.noise, self.speed, beats, self.parts)?;
         self.imm = self.imm.predict_over(&self.spaces, beats);
+        self.link = Link::predicted(&before, &self.imm.transition_matrix(&self.spaces), self.imm.output());
         Ok(())
+    }
+
+    /// The last step, as a smoother takes it.
+    #[must_use]
+    pub fn link(&self) -> Link<4> {
+        Link { posterior: self.imm.output(), ..self.link }
     }
 
     /// Mean and variance of the position \[px, px²\].

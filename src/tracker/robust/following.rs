@@ -9,6 +9,7 @@ use super::part::{Part, Parts};
 use super::seed::Seed;
 use super::sighting::{Sighting, Unsighted};
 use super::{RobustSettings, status};
+use crate::tracker::lag::Links;
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, Refusal};
@@ -181,6 +182,17 @@ impl Following {
             centre: PixelPoint::new(u_px, v_px),
             std_px: self.judge.std_px(),
             std_across_px: (across_px2 + self.row_bias_px2).sqrt(),
+        }
+    }
+
+    /// The filters' last step.
+    pub fn links(&self) -> Links {
+        Links {
+            view: self.view,
+            along: self.judge.link(),
+            across: self.height.link(),
+            doubt_px2: self.judge.doubt_px2(),
+            row_bias_px2: self.row_bias_px2,
         }
     }
 

@@ -6,7 +6,7 @@
 #![expect(non_snake_case, reason = "covariances carry the literature's letters")]
 
 use super::roughness::{Roughness, third_difference_gain};
-use crate::kalman::{ColouredMeasurement, Gaussian, InvalidParameter};
+use crate::kalman::{ColouredMeasurement, Gaussian, InvalidParameter, Link};
 use crate::tracker::TrackerError;
 
 /// White acceleration of the plates' own path \[px²/beat⁴\]. Chosen: a dent of some px in some ten beats.
@@ -49,6 +49,8 @@ pub struct Height {
     state: Gaussian<3>,
     roughness: Roughness,
     mean_R_px2: f64,
+    /// The last step.
+    link: Link<3>,
 }
 
 impl Height {
@@ -58,7 +60,7 @@ impl Height {
     /// When a number is not finite.
     pub fn start((v_px, R_px2): Reading) -> Result<Self, TrackerError> {
         let state = start(v_px, R_px2, FIRST_SHAKING_PX2)?;
-        Ok(Self { state, roughness: Roughness::default(), mean_R_px2: R_px2 })
+        Ok(Self { state, roughness: Roughness::default(), mean_R_px2: R_px2, link: Link::first(state) })
     }
 
     /// Goes `beats` on.
@@ -66,7 +68,10 @@ impl Height {
     /// # Errors
     /// When `beats` is not positive.
     pub fn predict(&mut self, beats: f64) -> Result<(), TrackerError> {
-        self.state = self.state.predict(&model(self.shaking_px2(), self.mean_R_px2)?.state_space(beats)?);
+        let space = model(self.shaking_px2(), self.mean_R_px2)?.state_space(beats)?;
+        let before = self.state;
+        self.state = before.predict(&space);
+        self.link = Link::predicted(&before, &space.F, self.state);
         Ok(())
     }
 
@@ -81,8 +86,16 @@ impl Height {
         let space = model(self.shaking_px2(), R_px2)?.state_space(1.0)?;
         let update = self.state.update(&space, &[Some(v_px)], None)?;
         let jumped = update.nis.is_some_and(|nis| nis > JUMP_NIS);
+        if jumped {
+            self.link.gain = None;
+        }
         self.state = if jumped { start(v_px, R_px2, self.shaking_px2())? } else { update.posterior };
         Ok(())
+    }
+
+    /// The last step, as a smoother takes it.
+    pub const fn link(&self) -> Link<3> {
+        Link { posterior: self.state, ..self.link }
     }
 
     /// The coordinate across the stripe.

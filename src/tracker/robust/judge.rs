@@ -7,6 +7,7 @@ use std::collections::VecDeque;
 use super::filter::{START_VELOCITY_VARIANCE, SeamFilter, VIBRATION_VARIANCE_PX2};
 use super::noise::{self, INFLATE_NIS};
 use super::part::{Part, Parts};
+use crate::kalman::Link;
 use crate::tracker::TrackerError;
 
 /// NIS above which a sighting is refused. Prototype.
@@ -116,9 +117,19 @@ impl Judge {
         self.filter.position()
     }
 
+    /// The filter's last step.
+    pub fn link(&self) -> Link<4> {
+        self.filter.link()
+    }
+
+    /// What a clear sighting elsewhere leaves of σ² \[px²\].
+    pub fn doubt_px2(&self) -> f64 {
+        (DOUBT_SHARE * self.doubt_px).powi(2)
+    }
+
     /// One σ of the seam's position \[px\], its vibration included, and what a clear sighting elsewhere leaves of it.
     pub fn std_px(&self) -> f64 {
-        (self.position().1 + VIBRATION_VARIANCE_PX2 + (DOUBT_SHARE * self.doubt_px).powi(2)).sqrt()
+        (self.position().1 + VIBRATION_VARIANCE_PX2 + self.doubt_px2()).sqrt()
     }
 
     /// Whether σ is too large for a value to be given.

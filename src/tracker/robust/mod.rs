@@ -39,6 +39,7 @@ use self::seek::Found;
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
+use super::lag::Links;
 use super::path::{Event, Memory, REMEMBERED};
 use super::session::{Follow, unseen};
 use super::view::{Field, View};
@@ -321,6 +322,13 @@ impl Follow for RobustTracker {
 
     fn pass_over(&mut self) {
         self.frame_number += 1;
+    }
+
+    fn links(&self) -> Option<Links> {
+        match &self.phase {
+            Phase::Following(following) => Some(following.links()),
+            Phase::Seeking(_) | Phase::Searching(_) => None,
+        }
     }
 
     fn joint(&self) -> Option<&JointDecision> {
