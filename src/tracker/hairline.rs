@@ -63,6 +63,8 @@ pub struct HairlineEstimate {
     /// This frame's own observation near the seam, nearly independent of the other frames': food for another filter.
     /// None when this frame says nothing about the place.
     pub observation: Option<LocalObservation>,
+    /// How much the stripe's cross-section differs there ([`NotchEvidence::relief`]).
+    pub relief: f64,
     /// Whether to believe in the seam.
     pub presence: SeamPresence,
 }
@@ -116,6 +118,7 @@ impl HairlineTracker {
             seam: PixelPoint::new(estimate.u_px, band.line.v_px(estimate.u_px)),
             grid: estimate,
             observation: grid.local_observation(estimate.u_px),
+            relief: self.notch.relief(estimate.u_px).into(),
             presence: if !self.confirmed {
                 SeamPresence::Seeking
             } else if self.clear {

@@ -28,9 +28,20 @@ const MOTION_PX: f64 = 1.5;
 /// over the frames that would confirm it \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
 /// of .02 to .12 px against .3 px and more.
 const FIXED_RANGE_PX: f64 = 0.5;
-/// The same for a hairline, over so many frames: its place is a mean over cells of half a pixel.
-const FIXED_HAIRLINE_PX: f64 = 0.7;
-const HAIRLINE_FRAMES: usize = 8;
+/// The same for what shows no relief, and for a hairline, over as many frames as are remembered: speckle moves their place, so
+/// that means of some frames are compared.
+const FIXED_FLAT_PX: f64 = 0.5;
+const FIXED_HAIRLINE_PX: f64 = 1.5;
+const REMEMBERED_FRAMES: usize = 24;
+const FRAMES_OF_A_MEAN: usize = 4;
+/// A hairline is sought on from where its place is this sure.
+const LEAST_PRESENCE: f64 = 0.9;
+/// A hairline bends the stripe or takes from its flanks, an edge of mill scale or a shadow does not: least relief, as a mean over
+/// so many frames. Measured, means of ten frames: 1.7 to 3.4 at edges of brightness, 4.0 to 7.3 at three real joints and
+/// six made-up ones when they were found.
+const LEAST_RELIEF: f64 = 3.7;
+const RELIEF_FRAMES: usize = 10;
+const LEAST_RELIEF_FRAMES: usize = 5;
 /// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
 const FASTEST_PX: f64 = 10.0;
 /// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
@@ -103,8 +114,8 @@ pub struct Seeker {
     /// Another joint is known, and not seen.
     is_rival: bool,
     straight_share: f64,
-    /// Where the last frames have the hairline \[px\], the newest last.
-    hairline_px: VecDeque<f64>,
+    /// Where the last frames have the hairline \[px\], and its relief, the newest last.
+    hairlines: VecDeque<(f64, f64)>,
 }
 
 impl Seeker {
@@ -121,7 +132,7 @@ impl Seeker {
             seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
             is_rival: false,
             straight_share: 0.0,
-            hairline_px: VecDeque::new(),
+            hairlines: VecDeque::new(),
         }
     }
 
@@ -143,7 +154,7 @@ impl Seeker {
     /// A frame passes that cannot be looked at.
     pub fn miss(&mut self) {
         self.recent.push_back(vec![]);
-        if self.recent.len() > RECENT_FRAMES {
+        if self.recent.len() > REMEMBERED_FRAMES {
             self.recent.pop_front();
         }
     }
@@ -193,7 +204,7 @@ impl Seeker {
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
     fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Candidate> {
         self.recent.push_back(candidates.clone());
-        if self.recent.len() > RECENT_FRAMES {
+        if self.recent.len() > REMEMBERED_FRAMES {
             self.recent.pop_front();
         }
         let certain = |candidate: &Candidate| {
@@ -204,7 +215,8 @@ impl Seeker {
                 || (seed.clear && before_arc && *has_relief)
                 || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
-            sure && !self.recent.iter().flatten().any(|other| is_groove_between(seed, &other.seed))
+            let recent = self.recent.iter().rev().take(RECENT_FRAMES);
+            sure && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
         };
         candidates.into_iter().find(certain)
     }
@@ -212,7 +224,7 @@ impl Seeker {
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
     fn before(&self, seed: &Seed) -> Vec<(usize, JointFit)> {
         let mut path: Vec<(usize, JointFit)> = vec![];
-        for (age, candidates) in self.recent.iter().rev().enumerate().skip(1) {
+        for (age, candidates) in self.recent.iter().rev().take(RECENT_FRAMES).enumerate().skip(1) {
             let (last_age, last) = path.last().copied().unwrap_or((0, seed.fit));
             let reach_px = AGREEMENT_PX + FASTEST_PX * (age - last_age) as f64;
             let away_px = |other: &Seed| (other.fit.centre.u_px - last.centre.u_px).abs();
@@ -230,7 +242,7 @@ impl Seeker {
             let away_px = seed.fit.centre.u_px - velocity_px * age as f64 - other.fit.centre.u_px;
             away_px.abs() < AGREEMENT_PX + motion_px * age as f64 && are_alike(seed, other)
         };
-        let frames = self.recent.iter().rev().enumerate();
+        let frames = self.recent.iter().rev().take(RECENT_FRAMES).enumerate();
         frames.filter(|(age, others)| others.iter().any(|other| is_like(&other.seed, *age))).count()
     }
 
@@ -240,12 +252,13 @@ impl Seeker {
             are_alike(seed, other) && (seed.fit.centre.u_px - other.fit.centre.u_px).abs() < AGREEMENT_PX
         };
         let seeds = self.recent.iter().flatten().map(|other| &other.seed);
-        range(seeds.filter(near).map(|other| other.fit.centre.u_px)) > FIXED_RANGE_PX
+        let places: Vec<f64> = seeds.filter(near).map(|other| other.fit.centre.u_px).collect();
+        range(places.iter().copied()) > FIXED_RANGE_PX && range(means(&places)) > FIXED_FLAT_PX
     }
 
     /// The most frames whose seeds lie on one line in time with `seed`.
     fn on_the_move(&self, seed: &Seed) -> usize {
-        let frames = self.recent.iter().rev().enumerate().skip(1);
+        let frames = self.recent.iter().rev().take(RECENT_FRAMES).enumerate().skip(1);
         let others = frames.flat_map(|(age, seeds)| seeds.iter().map(move |other| (age, &other.seed)));
         let velocities = others
             .filter(|(_, other)| are_alike(seed, other))
@@ -257,12 +270,22 @@ impl Seeker {
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
         let share = straight_share(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u));
         self.straight_share += STRAIGHT_RATE * (share - self.straight_share);
-        self.hairline_px.push_back(estimate.seam.u_px);
-        if self.hairline_px.len() > HAIRLINE_FRAMES {
-            self.hairline_px.pop_front();
+        if estimate.grid.presence < LEAST_PRESENCE {
+            self.hairlines.clear();
+            return false;
         }
-        let moves = range(self.hairline_px.iter().copied()) > FIXED_HAIRLINE_PX;
-        estimate.presence == SeamPresence::Present && self.straight_share >= STRAIGHT_SHARE && moves
+        self.hairlines.push_back((estimate.seam.u_px, estimate.relief));
+        if self.hairlines.len() > REMEMBERED_FRAMES {
+            self.hairlines.pop_front();
+        }
+        let places: Vec<f64> = self.hairlines.iter().map(|(u_px, _)| *u_px).collect();
+        let reliefs: Vec<f64> = self.hairlines.iter().rev().take(RELIEF_FRAMES).map(|(_, relief)| *relief).collect();
+        let has_relief = reliefs.len() >= LEAST_RELIEF_FRAMES
+            && reliefs.iter().sum::<f64>() >= LEAST_RELIEF * reliefs.len() as f64;
+        estimate.presence == SeamPresence::Present
+            && self.straight_share >= STRAIGHT_SHARE
+            && has_relief
+            && range(means(&places)) > FIXED_HAIRLINE_PX
     }
 }
 
@@ -287,6 +310,11 @@ impl Candidate {
             shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
         }
     }
+}
+
+/// Means of so many neighbours each, the last ones first; what is left over counts not.
+fn means(values: &[f64]) -> impl Iterator<Item = f64> {
+    values.rchunks_exact(FRAMES_OF_A_MEAN).map(|few| few.iter().sum::<f64>() / few.len() as f64)
 }
 
 /// Largest less least; 0 of none.
