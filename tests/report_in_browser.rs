@@ -12,7 +12,7 @@ use seamtrack::report::compare::comparison_rows;
 use seamtrack::report::page::{DEFAULT_MAX_BYTES, write_comparison, write_report};
 use seamtrack::report::run::Run;
 
-const WINDOWS: [(u32, u32); 2] = [(1366, 768), (1920, 1080)];
+const WINDOWS: [(u32, u32); 3] = [(1366, 768), (1920, 1080), (390, 844)];
 
 /// The browser, or a loud word that the test was skipped.
 fn page() -> Option<Page> {
@@ -82,11 +82,20 @@ fn the_report_is_drawn_offline_without_complaint_and_nothing_is_cut_off() {
         assert!(drawn.as_u64().unwrap() >= 12, "{drawn} curves have points");
         assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{window:?}");
         page.screenshot(&screenshot(&format!("report-{}-{scheme}", window.0)));
-        page.evaluate("document.querySelector('#viewer button').click(); goTo(123, true)");
+        page.evaluate("document.querySelector('#viewer .tools button').click(); goTo(123, true)");
         page.settle();
         page.screenshot(&screenshot(&format!("report-{}-{scheme}-close-up", window.0)));
+        page.evaluate("document.querySelector('.diagnostics').open = true; scrollTo(0, 1e6)");
+        page.settle();
+        let seen = page.evaluate(
+            "document.querySelector('#plot-nis').scrollIntoView({ block: 'center' }),
+             (box => (Math.min(box.bottom, innerHeight) - Math.max(box.top, 0)) / box.height)(document.querySelector('.picture').getBoundingClientRect())",
+        );
+        assert!(seen.as_f64().unwrap() > 0.9, "the picture stays in view: {seen} of it, {window:?}");
+        page.screenshot(&screenshot(&format!("report-{}-{scheme}-middle", window.0)));
         page.evaluate("scrollTo(0, 1e6)");
         page.settle();
+        assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{window:?}, all of it");
         page.screenshot(&screenshot(&format!("report-{}-{scheme}-bottom", window.0)));
     }
     assert_quiet_and_offline(&page, &file);
@@ -110,7 +119,8 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
         format!("Frame {}", picture.as_str().unwrap()),
         "every frame is stored, so it is the one shown"
     );
-    page.evaluate("document.querySelector('#plot-psr').scrollIntoView({ block: 'center' })");
+    page.evaluate("document.querySelector('.diagnostics').open = true; document.querySelector('#plot-psr').scrollIntoView({ block: 'center' })");
+    page.settle();
     let half = centre_of(&mut page, "#plot-psr svg.chart:last-child", 0.5);
     page.mouse("mouseMoved", half);
     assert_ne!(shown_frame(&mut page), hovered, "hovering another plot shows another frame");
@@ -121,7 +131,7 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
     page.mouse("mouseMoved", (half.0 + 99.0, half.1));
     assert_eq!(shown_frame(&mut page), held, "a click holds the frame");
 
-    page.evaluate("document.querySelector('#worst button').click()");
+    page.evaluate("document.querySelector('#places button').click()");
     page.settle();
     assert_eq!(shown_frame(&mut page), "Frame 126", "the first entry of the list is the loss");
 
@@ -147,6 +157,57 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
     assert_eq!((png[0].as_str(), png[1].as_str()), (Some("p.png"), Some("image/png")));
     assert!(png[2].as_u64().unwrap() > 10_000, "a picture of {} bytes", png[2]);
     std::fs::write(screenshot("exported").with_extension("svg"), svg).unwrap();
+    assert_quiet_and_offline(&page, &file);
+}
+
+#[test]
+fn keys_hide_curves_the_axis_changes_its_unit_and_a_frame_has_an_address() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    write_run(dir.path(), 250, GOOD, true);
+    let file = dir.path().join("report.html");
+    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    page.show(&file, WINDOWS[0], "light");
+
+    let curves =
+        "[document.querySelectorAll('.curve.smoothed').length, document.querySelectorAll('.picture .smoothed').length]";
+    page.evaluate("goTo(50, true)");
+    page.settle();
+    let before = page.evaluate(curves);
+    page.evaluate("document.querySelector('.key[data-look=smoothed]').click()");
+    page.settle();
+    let after = page.evaluate(curves);
+    assert!(after[0].as_u64() < before[0].as_u64() && after[1] == 0 && before[1] == 1, "{before} {after}");
+    assert_eq!(
+        page.evaluate("document.querySelector('#plot-error .key[data-look=smoothed]').getAttribute('aria-pressed')"),
+        "false"
+    );
+
+    let unit = "[...document.querySelectorAll('#plot-path text')].map(text => text.textContent).filter(text => ['frame', 's'].includes(text))";
+    assert_eq!(page.evaluate(unit), serde_json::json!(["frame"]));
+    page.evaluate("[...document.querySelectorAll('#axes button')].find(b => b.textContent === 'Seconds').click()");
+    page.settle();
+    assert_eq!(page.evaluate(unit), serde_json::json!(["s"]));
+    let half = centre_of(&mut page, "#plot-path svg.chart:last-child", 0.5);
+    page.evaluate("view.held = false");
+    page.mouse("mouseMoved", half);
+    let frame: usize = shown_frame(&mut page).trim_start_matches("Frame ").parse().unwrap();
+    assert!((110..=140).contains(&frame), "the middle of the axis is the middle of the recording: {frame}");
+
+    assert_eq!(
+        page.evaluate("goTo(134, true), new Promise(done => setTimeout(() => done(location.hash), 200))"),
+        "#frame=134"
+    );
+    page.evaluate("location.hash = '#frame=77', new Promise(done => setTimeout(done, 200))");
+    assert_eq!(shown_frame(&mut page), "Frame 77");
+    page.evaluate("document.querySelector('.player button').click(), new Promise(done => setTimeout(done, 1500))");
+    page.evaluate("document.querySelector('.player button').click()");
+    page.settle();
+    let played: usize = shown_frame(&mut page).trim_start_matches("Frame ").parse().unwrap();
+    assert!(played > 77, "{played}");
+    page.evaluate("const slider = document.querySelector('.player input'); slider.value = 200; slider.oninput()");
+    page.settle();
+    assert_eq!(shown_frame(&mut page), "Frame 200");
     assert_quiet_and_offline(&page, &file);
 }
 
@@ -181,7 +242,7 @@ fn a_comparison_is_drawn_with_a_ribbon_for_each_run() {
     let runs: Vec<Run> = names.iter().map(|dir| Run::read(dir).unwrap()).collect();
     let file = dir.path().join("comparison.html");
     write_comparison(&file, &runs, &comparison_rows(&runs), DEFAULT_MAX_BYTES).unwrap();
-    for (window, scheme) in [(WINDOWS[0], "dark"), (WINDOWS[1], "light")] {
+    for (window, scheme) in [(WINDOWS[0], "dark"), (WINDOWS[1], "light"), (WINDOWS[2], "dark")] {
         page.show(&file, window, scheme);
         assert_eq!(page.evaluate("document.querySelectorAll('#plot-status').length"), 2);
         assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]));

@@ -15,7 +15,7 @@ use seamtrack::report::export::{Exports, write_exports};
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
 use seamtrack::report::run::Run;
-use seamtrack::report::summary::write_summary;
+use seamtrack::report::summary::{Limits, write_summary};
 use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
@@ -85,6 +85,10 @@ pub struct Track {
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
+    /// Half the width of the band that the path is to stay in: of the truth, or without one of x = 0; says how much of the path
+    /// is inside, and where it is not
+    #[arg(long, value_name = "MM", value_parser = parse_length)]
+    tolerance: Option<f64>,
     /// Frames that the smoother may look ahead, as in a live run; the whole recording when it is not given
     #[arg(long, value_name = "FRAMES")]
     fixed_lag: Option<usize>,
@@ -249,7 +253,12 @@ impl Track {
             _ => None,
         };
         let input = job.input.to_string_lossy();
-        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
+        let limits = Limits {
+            max_unavailable_pct: Some(self.max_unavailable),
+            tolerance_mm: self.tolerance,
+            ..Limits::default()
+        };
+        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, limits, errors)?;
         write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         write_summary(&folder.path().join("summary.json"), &summary)?;
         if let Some((_, truth)) = &truth {
@@ -259,7 +268,11 @@ impl Track {
             write_trace_csv(&folder.path().join("trace.csv"), &trace)?;
         }
         thumbnails.write(folder.path())?;
-        let run = Run::read(folder.path())?;
+        let mut run = Run::read(folder.path())?;
+        run.summary.tolerance = run.tolerance();
+        if run.summary.tolerance.is_some() {
+            write_summary(&folder.path().join("summary.json"), &run.summary)?;
+        }
         write_exports(&run, Exports { tum: self.tum, ..Exports::default() })?;
         match &job.overlay {
             None => folder.finish()?,
@@ -349,6 +362,13 @@ fn parse_point(text: &str) -> Result<PixelPoint, String> {
     match parsed {
         Some((u_px, v_px)) => Ok(PixelPoint::new(u_px, v_px)),
         None => Err("expected U,V in pixels, for example 320,240".into()),
+    }
+}
+
+fn parse_length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mm) if mm.is_finite() && mm > 0.0 => Ok(mm),
+        _ => Err("expected a length in millimetres above 0, for example 0.3".into()),
     }
 }
 

@@ -3,22 +3,38 @@
 use serde::{Serialize, Serializer};
 
 use super::marks::FrameMarks;
+use super::measures::Measure;
+use super::places::{self, places};
 use super::results::{Estimator, PathRow};
 use super::run::{Run, difference};
+use super::tolerance::Reference;
 use super::verdict::NIS_95;
-use super::worst::worst_frames;
-use crate::units::PixelPoint;
+use crate::units::{PixelPoint, StripeAxis};
 
 /// The data of one page; serialised into it as JSON.
 #[derive(Debug, Serialize)]
 pub(super) struct PageModel {
     pub frames: usize,
     pub time_s: Rounded,
+    /// Way of the torch, where its speed is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel_mm: Option<Rounded>,
     pub file: Vec<String>,
     pub ribbons: Vec<Ribbon>,
     pub charts: Vec<Chart>,
     pub viewer: Viewer,
-    pub worst: Vec<(usize, String)>,
+    pub places: Vec<PlaceToLookAt>,
+    /// Places beyond those that are listed.
+    pub more_places: usize,
+}
+
+/// A stretch of frames to look at, and why.
+#[derive(Debug, Serialize)]
+pub(super) struct PlaceToLookAt {
+    pub first: usize,
+    pub last: usize,
+    pub frame: usize,
+    pub why: String,
 }
 
 /// The statuses of one run, a letter a frame.
@@ -34,6 +50,13 @@ pub(super) struct Chart {
     pub id: &'static str,
     pub title: String,
     pub unit: &'static str,
+    /// What it shows, in words.
+    pub note: String,
+    /// Of the method's workings, not of the seam: folded.
+    pub diagnostic: bool,
+    /// Half the width of a band round 0 that the curves are to stay in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// How many decimals a value is shown with.
     pub decimals: usize,
     /// Logarithmic ordinate.
@@ -120,19 +143,25 @@ fn round(value: f64, decimals: i32) -> f64 {
     (value * scale).round() / scale + 0.0
 }
 
+/// Places of each of several runs that are listed at least. Chosen.
+const PLACES_EACH: usize = 3;
+const PSR_NOTE: &str = "How far the correlation filter's peak stands out of its surroundings: high where the picture looks as the \
+                        template does, low where it is covered, glaring, or changed.";
+const NIS_NOTE: &str =
+    "How far a measurement lies from its prediction, in σ, squared: 1 on average where σ is right; 9 is a jump of 3 σ.";
 const MM_DECIMALS: i32 = 4;
 const PX_DECIMALS: i32 = 2;
 
 /// The page of one run.
 pub(super) fn single(run: &Run) -> PageModel {
     let limits = run.summary.limits;
-    let worst_error = run.error_mm(Estimator::Filtered).unwrap_or_default();
     let mut charts = vec![path_chart(run)];
+    charts.extend(run.measures.iter().map(measure_chart));
     charts.extend(error_chart(run));
     charts.push(Chart {
-        series: vec![curve("PSR", "filtered", column(run, |row| row.psr), 2)],
+        series: vec![curve("PSR", "kcf", column(run, |row| row.psr), 2)],
         limits: limits.psr.into_iter().map(|psr| (psr, format!("template learns above {psr}"))).collect(),
-        ..chart("psr", "Peak-to-sidelobe ratio of the KCF", "PSR", 1)
+        ..diagnostic("psr", "Peak-to-sidelobe ratio of the KCF", "PSR", 1, PSR_NOTE)
     });
     let nis_limits =
         [Some((NIS_95, format!("95 % below {NIS_95}"))), limits.nis.map(|nis| (nis, format!("gate {nis:.1}")))];
@@ -140,18 +169,26 @@ pub(super) fn single(run: &Run) -> PageModel {
         log: true,
         series: vec![Series { dots: true, ..curve("NIS", "filtered", column(run, |row| row.nis), 3) }],
         limits: nis_limits.into_iter().flatten().collect(),
-        ..chart("nis", "Normalised innovation squared", "NIS", 2)
+        ..diagnostic("nis", "Normalised innovation squared", "NIS", 2, NIS_NOTE)
     });
     charts.retain(|chart| chart.id == "path" || chart.series.iter().any(Series::has_values));
     let marks = Estimator::ALL.into_iter().map(|e| points(run, e, e.name().to_owned(), look(e).to_owned()));
     let marks = marks.filter(|mark| mark.at.iter().any(Option::is_some));
+    let found = places_of(run);
     PageModel {
         ribbons: vec![ribbon(run)],
         charts,
         viewer: viewer(run, marks.collect()),
-        worst: worst_frames(&run.rows, &worst_error).into_iter().map(|w| (w.frame, w.reason)).collect(),
+        more_places: found.len().saturating_sub(places::MOST),
+        places: found.into_iter().take(places::MOST).collect(),
         ..frame_axis(run)
     }
+}
+
+fn places_of(run: &Run) -> Vec<PlaceToLookAt> {
+    let error_mm = run.error_mm(Estimator::Filtered).unwrap_or_default();
+    let found = places(&run.rows, &error_mm, &run.deviation_mm().1, &run.summary.limits);
+    found.into_iter().map(PlaceToLookAt::of).collect()
 }
 
 /// The page of several runs on one recording; the first one gives the origin, the first that has them the truth and
@@ -163,38 +200,50 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
     let named = |of: &dyn Fn(&Run) -> Vec<Option<f64>>, decimals| -> Vec<Series> {
         runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
     };
-    let mut path = named(&|run| run.position_mm(Estimator::Filtered, origin_px), MM_DECIMALS);
+    let mut path = named(&|run| run.position_mm(run.best_estimator(), origin_px), MM_DECIMALS);
     let judge = runs.iter().find(|run| run.truth_px.is_some());
     path.extend(
         judge.and_then(|run| run.true_position_mm(origin_px)).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
     );
-    let mut charts = vec![Chart { series: path, ..chart("path", "Filtered path", "mm", 3) }];
+    let note = format!("Each run's best estimate: smoothed where it has one, else filtered. {}", sign(first));
+    let mut charts = vec![Chart { series: path, note, ..chart("path", "Path", "mm", 3) }];
     if let Some(truth_px) = judge.and_then(|run| run.truth_px.as_ref()) {
-        let error = |run: &Run| run.error_against_mm(Estimator::Filtered, truth_px);
+        let error = |run: &Run| run.error_against_mm(run.best_estimator(), truth_px);
         let series = named(&error, MM_DECIMALS);
-        charts.push(Chart { histogram: true, series, ..chart("error", "Error of the filtered path", "mm", 3) });
+        let note = "Estimate minus truth, along the stripe.".to_owned();
+        charts.push(Chart { histogram: true, series, note, ..chart("error", "Error", "mm", 3) });
     }
     charts.push(Chart {
         series: named(&|run| column(run, |row| row.psr), 2),
-        ..chart("psr", "Peak-to-sidelobe ratio", "PSR", 1)
+        ..diagnostic("psr", "Peak-to-sidelobe ratio of the KCF", "PSR", 1, PSR_NOTE)
     });
-    let marks = runs.iter().enumerate().map(|(i, run)| points(run, Estimator::Filtered, run.name.clone(), look(i)));
+    charts.retain(|chart| chart.id == "path" || chart.series.iter().any(Series::has_values));
+    let marks = runs.iter().enumerate().map(|(i, run)| points(run, run.best_estimator(), run.name.clone(), look(i)));
     let with_images = runs.iter().find(|run| !run.thumbnails.is_empty()).unwrap_or(first);
+    let each = (places::MOST / runs.len()).max(PLACES_EACH);
+    let mut more_places = 0;
+    let mut listed = vec![];
+    for run in runs {
+        let found = places_of(run);
+        more_places += found.len().saturating_sub(each);
+        let named = |place: PlaceToLookAt| PlaceToLookAt { why: format!("{}: {}", run.name, place.why), ..place };
+        listed.extend(found.into_iter().take(each).map(named));
+    }
     Some(PageModel {
         ribbons: runs.iter().map(ribbon).collect(),
         charts,
         viewer: viewer(with_images, marks.collect()),
-        worst: runs
-            .iter()
-            .flat_map(|run| {
-                let error = run.error_mm(Estimator::Filtered).unwrap_or_default();
-                let name = run.name.clone();
-                let listed = worst_frames(&run.rows, &error).into_iter().take(8);
-                listed.map(move |w| (w.frame, format!("{name}: {}", w.reason))).collect::<Vec<_>>()
-            })
-            .collect(),
+        places: listed,
+        more_places,
         ..frame_axis(first)
     })
+}
+
+impl PlaceToLookAt {
+    pub(super) fn of(place: places::Place) -> Self {
+        let places::Place { first, last, frame, reasons } = place;
+        Self { first, last, frame, why: reasons.join(" · ") }
+    }
 }
 
 /// A page of `run`'s frames without any content yet.
@@ -203,10 +252,16 @@ fn frame_axis(run: &Run) -> PageModel {
         frames: run.rows.len(),
         time_s: Rounded::new(run.rows.iter().map(|row| Some(row.time_s)).collect(), 6),
         file: run.rows.iter().map(|row| row.file.clone()).collect(),
+        travel_mm: run
+            .rows
+            .iter()
+            .any(|row| row.travel_mm.is_some())
+            .then(|| Rounded::new(column(run, |row| row.travel_mm), MM_DECIMALS)),
         ribbons: Vec::new(),
         charts: Vec::new(),
         viewer: viewer(run, Vec::new()),
-        worst: Vec::new(),
+        places: Vec::new(),
+        more_places: 0,
     }
 }
 
@@ -223,7 +278,32 @@ fn path_chart(run: &Run) -> Chart {
     ];
     series.extend(run.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
     series.retain(Series::has_values);
-    Chart { series, ..chart("path", "Seam position with ±2σ", "mm", 3) }
+    let note = format!("Where the seam lies along the stripe. {} Band: ±2σ, where it is with 95 %.", sign(run));
+    let tolerance = tolerance(run, Reference::Origin);
+    Chart { series, note, tolerance, ..chart("path", "Path", "mm", 3) }
+}
+
+/// Which way is +.
+fn sign(run: &Run) -> &'static str {
+    match run.summary.calibration.stripe {
+        StripeAxis::Horizontal => "+ is to the right in the picture.",
+        StripeAxis::Vertical => "+ is downwards in the picture.",
+    }
+}
+
+/// The tolerance that is held against `reference`.
+fn tolerance(run: &Run, reference: Reference) -> Option<f64> {
+    run.summary.limits.tolerance_mm.filter(|_| run.deviation_mm().0 == reference)
+}
+
+fn measure_chart(measure: &Measure) -> Chart {
+    let Measure { id, title, unit, note, values, std } = measure;
+    let has_std = std.iter().any(Option::is_some);
+    let two_sigma = || Rounded::new(std.iter().map(|std| std.map(|std| 2.0 * std)).collect(), MM_DECIMALS);
+    let values = curve(title, "measure", values.clone(), MM_DECIMALS);
+    let series = vec![Series { band: has_std.then(two_sigma), dots: !has_std, ..values }];
+    let band = if has_std { " Band: ±2σ." } else { " As measured in each frame." };
+    Chart { series, note: format!("{note}{band}"), ..chart(id, title, unit, 2) }
 }
 
 /// The error against the truth; without one, the distance from the smoothed path; without that, none.
@@ -249,7 +329,14 @@ fn error_chart(run: &Run) -> Option<Chart> {
     let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
     let band = Some(Rounded::new(band, MM_DECIMALS));
     series.push(Series { band, ..curve("±2σ", "sigma", zero, 0) });
-    Some(Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
+    let note = match run.truth_px {
+        Some(_) => "Estimate minus truth, along the stripe. A σ that is right holds 95 % of it in ±2σ.",
+        None => {
+            "How far the estimate of the moment lies from the path that the whole recording tells. No truth was given."
+        }
+    };
+    let tolerance = tolerance(run, Reference::Truth);
+    Some(Chart { histogram: true, series, note: note.to_owned(), tolerance, ..chart("error", title, "mm", 3) })
 }
 
 impl Series {
@@ -260,7 +347,13 @@ impl Series {
 
 pub(super) fn chart(id: &'static str, title: &str, unit: &'static str, decimals: usize) -> Chart {
     let (series, limits) = (Vec::new(), Vec::new());
-    Chart { id, title: title.to_owned(), unit, decimals, log: false, histogram: false, series, limits }
+    let (title, note) = (title.to_owned(), String::new());
+    let (diagnostic, log, histogram, tolerance) = (false, false, false, None);
+    Chart { id, title, unit, note, diagnostic, tolerance, decimals, log, histogram, series, limits }
+}
+
+pub(super) fn diagnostic(id: &'static str, title: &str, unit: &'static str, decimals: usize, note: &str) -> Chart {
+    Chart { note: note.to_owned(), diagnostic: true, ..chart(id, title, unit, decimals) }
 }
 
 pub(super) fn curve(name: &str, look: &str, y: Vec<Option<f64>>, decimals: i32) -> Series {

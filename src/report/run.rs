@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::atomic::ResultsError;
+use super::measures::{Measure, read_measures};
 use super::results::{Estimator, PathRow, Status, read_path_csv};
 use super::summary::{Summary, read_summary};
 use super::thumbnails::{Thumbnail, read_thumbnails};
@@ -21,6 +22,8 @@ pub struct Run {
     pub summary: Summary,
     /// True coordinate along the stripe of each frame \[px\], if the truth was given.
     pub truth_px: Option<Vec<Option<f64>>>,
+    /// What was measured of the joint besides its place.
+    pub measures: Vec<Measure>,
     /// Stored frames in order.
     pub thumbnails: Vec<Thumbnail>,
 }
@@ -33,12 +36,13 @@ impl Run {
     pub fn read(dir: &Path) -> Result<Self, ResultsError> {
         let summary = read_summary(&dir.join("summary.json"))?;
         let rows = read_path_csv(&dir.join("path.csv"))?;
+        let measures = read_measures(&dir.join("path.csv"))?;
         let axis = summary.calibration.stripe;
         let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), axis, rows.len())?;
         let thumbnails = read_thumbnails(dir)?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
-        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, thumbnails })
+        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails })
     }
 
     /// Position of one estimate along the stripe from `origin_px`, frame by frame \[mm\].

@@ -11,6 +11,7 @@ use serde_json::{Map, Value};
 
 use super::atomic::{ResultsError, write_atomically};
 use super::results::Estimator;
+use super::tolerance::Tolerance;
 use crate::eval::Errors;
 use crate::units::{MmPerPx, StripeAxis};
 
@@ -42,6 +43,9 @@ pub struct Summary {
     /// Errors against the truth, if it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub errors: Option<ErrorTable>,
+    /// The path within its tolerance, if one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Tolerance>,
 }
 
 /// What was read.
@@ -83,6 +87,9 @@ pub struct Limits {
     pub nis: Option<f64>,
     /// `--max-unavailable` \[% of the frames\].
     pub max_unavailable_pct: Option<f64>,
+    /// `--tolerance`: half the width of the band that the path is to stay in \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance_mm: Option<f64>,
 }
 
 /// Frames by status. `repeated` and `saturated` frames are counted under their status as well.
@@ -192,7 +199,7 @@ impl ErrorTable {
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError> {
     write_atomically(path, |file| {
         let mut value = serde_json::to_value(summary)?;
-        for key in ["timing", "errors"] {
+        for key in ["timing", "errors", "tolerance"] {
             value.get_mut(key).into_iter().for_each(round);
         }
         serde_json::to_writer_pretty(&mut *file, &value)?;

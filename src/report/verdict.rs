@@ -214,6 +214,7 @@ fn facts(run: &Run) -> Vec<String> {
             }
         }
     }
+    facts.extend(run.tolerance().map(|tolerance| tolerance.sentence()));
     if let Some(consistency) = consistency(run) {
         let Consistency { mean, below_95_pct } = consistency;
         facts.push(format!(
@@ -286,6 +287,7 @@ mod tests {
             name: "run".into(),
             rows: statuses.chars().enumerate().map(row).collect(),
             truth_px: None,
+            measures: Vec::new(),
             thumbnails: Vec::new(),
             summary: Summary {
                 schema_version: SCHEMA_VERSION,
@@ -318,6 +320,7 @@ mod tests {
                 },
                 timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
                 errors: None,
+                tolerance: None,
             },
         }
     }

@@ -8,7 +8,8 @@ use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHE
 use crate::tracker::{JointDecision, REFUSE_NIS};
 use crate::units::StripeAxis;
 
-/// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
+/// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording). Of `limits` the
+/// user's are taken; those of the method are known here.
 ///
 /// # Errors
 /// When the configuration cannot be written as JSON.
@@ -16,7 +17,7 @@ pub fn summarise(
     outcome: &RunOutcome,
     (path, kind): (&str, &str),
     config: &Config,
-    max_unavailable_pct: f64,
+    limits: Limits,
     errors: Option<ErrorTable>,
 ) -> Result<Summary, RunError> {
     let (width_px, height_px) = outcome.size_px;
@@ -43,7 +44,7 @@ pub fn summarise(
         limits: Limits {
             psr: (config.preset == Preset::Paper).then_some(config.paper.psr_threshold),
             nis: (config.preset == Preset::Robust).then_some(REFUSE_NIS),
-            max_unavailable_pct: Some(max_unavailable_pct),
+            ..limits
         },
         config: config_json,
         frames: outcome.counts,
@@ -60,6 +61,7 @@ pub fn summarise(
         },
         timing: outcome.timing,
         errors,
+        tolerance: None,
     })
 }
 

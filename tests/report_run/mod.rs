@@ -143,7 +143,7 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             source: "default of Du 2022".into(),
             more: serde_json::Map::new(),
         },
-        limits: Limits { psr: Some(8.0), nis: Some(9.0), max_unavailable_pct: Some(5.0) },
+        limits: Limits { psr: Some(8.0), nis: Some(9.0), max_unavailable_pct: Some(5.0), tolerance_mm: None },
         frames: FrameCounts {
             total: rows.len(),
             seeking: count(Status::Seeking),
@@ -174,6 +174,7 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             filtered: Some(errors(rows, |row| row.u_px, |row| row.x_std_mm)),
             smoothed: Some(errors(rows, |row| row.smooth_u_px, |row| row.smooth_x_std_mm)),
         }),
+        tolerance: None,
     }
 }
 

@@ -12,5 +12,6 @@ mod limits;
 mod messages;
 mod outputs;
 mod program;
+mod tolerance;
 mod users_files;
 mod whole_or_absent;

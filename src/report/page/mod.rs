@@ -26,8 +26,14 @@ pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
 const MARKUP_BYTES: usize = 120_000;
 
 const CHART_STYLE: &str = include_str!("chart.css");
-const SCRIPT: [&str; 4] =
-    [include_str!("chart.js"), include_str!("histogram.js"), include_str!("viewer.js"), include_str!("page.js")];
+const SCRIPT: [&str; 6] = [
+    include_str!("axis.js"),
+    include_str!("chart.js"),
+    include_str!("histogram.js"),
+    include_str!("viewer.js"),
+    include_str!("player.js"),
+    include_str!("page.js"),
+];
 /// The page itself forbids any network access.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
@@ -136,15 +142,19 @@ pub(super) fn plots(single: bool) -> Markup {
         noscript { p { "The plots need JavaScript; the figures below do not." } }
         main {
             section #charts aria-label="Plots over the frames" {
-                p.hint {
-                    "Hover to see a frame, click to hold it, drag to zoom, double-click to zoom out, ← → to step."
+                div.hint {
+                    span {
+                        "Hover to see a frame, click to hold it (its address can be passed on), drag to zoom, double-click to "
+                        "zoom out, ← → to step, space to play; a name in a plot's key hides its curve."
+                    }
+                    span #axes {}
                     button #zoom-out hidden type="button" {}
                 }
             }
             aside {
                 figure #viewer { figcaption {} }
-                section #worst {
-                    h2 { @if single { "Worst frames" } @else { "Worst frames of each run" } }
+                section #places {
+                    h2 { @if single { "Places to look at" } @else { "Places to look at, run by run" } }
                     div.list {}
                 }
             }
@@ -163,30 +173,39 @@ pub(super) fn figures(rows: &[TableRow]) -> Markup {
                     table {
                         thead { tr { th {} @for head in HEADS { th scope="col" { (head) } } } }
                         tbody { @for row in rows {
-                            tr { th scope="row" { (row.name) } @for cell in &row.cells { td { (cell) } } }
+                            tr {
+                                th scope="row" { (row.name) }
+                                @for (head, cell) in HEADS.iter().zip(&row.cells) { td data-head=(head) { (cell) } }
+                            }
                         } }
                     }
                 }
                 p.note {
-                    "SD is that of the absolute error, as in the papers. Wrong: a valid value off by over 1 mm. "
-                    "Unavailable: no value after the seam was first confirmed."
+                    "SD is that of the absolute error, as in the papers. RMSE: root of the mean square. P95: 95 % of the frames have a "
+                    "smaller error. Bias: the mean error with its sign. In ±2σ: 95 % where σ is right. Wrong: a valid value "
+                    "off by over 1 mm. Unavailable: no value after the seam was first confirmed."
                 }
             }
         }
     }
 }
 
+const LATENCY: [&str; 3] = ["median [ms]", "99 % [ms]", "max [ms]"];
+
 fn timing(summary: &Summary) -> Markup {
     let row = |name: &str, p: Percentiles| {
         html! {
-            tr { th scope="row" { (name) } @for ms in [p.p50, p.p99, p.max] { td { (format!("{ms:.2}")) } } }
+            tr {
+                th scope="row" { (name) }
+                @for (head, ms) in LATENCY.iter().zip([p.p50, p.p99, p.max]) { td data-head=(head) { (format!("{ms:.2}")) } }
+            }
         }
     };
     html! {
         section.timing {
             h2 { "Latency" }
             table {
-                thead { tr { th {} th { "median [ms]" } th { "99 % [ms]" } th { "max [ms]" } } }
+                thead { tr { th {} @for head in LATENCY { th scope="col" { (head) } } } }
                 tbody {
                     (row("decode", summary.timing.decode_ms))
                     (row("track", summary.timing.track_ms))

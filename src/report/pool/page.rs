@@ -8,15 +8,20 @@ use super::results::{PoolRow, read_pool_csv};
 use super::summary::{PoolErrors, PoolSummary, read_pool_summary};
 use crate::eval::Errors;
 use crate::report::atomic::ResultsError;
-use crate::report::model::{Chart, PageModel, Ribbon, Rounded, Series, Viewer, chart, curve};
+use crate::report::model::{
+    Chart, PageModel, PlaceToLookAt, Ribbon, Rounded, Series, Viewer, chart, curve, diagnostic,
+};
 use crate::report::page::{DEFAULT_MAX_BYTES, plots, write_page};
+use crate::report::places::{self, places};
 use crate::report::results::PathRow;
+use crate::report::summary::Limits;
 use crate::report::thumbnails::read_thumbnails;
-use crate::report::worst::worst_frames;
 
 const MM_DECIMALS: i32 = 5;
 /// 95 % of a χ² variable with two degrees of freedom: position and displacement.
 const NIS_95: f64 = 5.99;
+const NIS_NOTE: &str =
+    "How far position and displacement lie from their prediction, in σ, squared: 2 on average where σ is right.";
 
 /// Writes `report.html` into a melt pool's results directory, from the files in it.
 ///
@@ -98,13 +103,14 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
             log: true,
             series: vec![Series { dots: true, ..curve("NIS", "filtered", column(&|row| row.nis), 3) }],
             limits: vec![(NIS_95, format!("95 % below {NIS_95}"))],
-            ..chart("nis", "Normalised innovation squared", "NIS", 2)
+            ..diagnostic("nis", "Normalised innovation squared", "NIS", 2, NIS_NOTE)
         },
     ];
     let letters = rows.iter().filter_map(|row| row.status.name().chars().next()).collect();
     let as_path =
         |row: &PoolRow| PathRow { nis: row.nis, ..PathRow::empty(row.frame, String::new(), row.time_s, row.status) };
     let path_rows: Vec<PathRow> = rows.iter().map(as_path).collect();
+    let found = places(&path_rows, &[], &[], &Limits::default());
     PageModel {
         frames: rows.len(),
         time_s: Rounded::new(rows.iter().map(|row| Some(row.time_s)).collect(), 6),
@@ -119,9 +125,13 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
             points: vec![],
             images: vec![],
         },
-        worst: worst_frames(&path_rows, &[]).into_iter().map(|worst| (worst.frame, worst.reason)).collect(),
+        travel_mm: None,
+        more_places: found.len().saturating_sub(places::MOST),
+        places: found.into_iter().take(places::MOST).map(PlaceToLookAt::of).collect(),
     }
 }
+
+const HEADS: [&str; 4] = ["mean abs. [mm]", "max [mm]", "SD [mm]", "bias [mm]"];
 
 fn figures(errors: &PoolErrors) -> maud::Markup {
     let lines = [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)];
@@ -132,10 +142,13 @@ fn figures(errors: &PoolErrors) -> maud::Markup {
             div.scroll {
                 table {
                     thead { tr {
-                        th {} @for head in ["MAE [mm]", "max [mm]", "SD [mm]", "bias [mm]"] { th scope="col" { (head) } }
+                        th {} @for head in HEADS { th scope="col" { (head) } }
                     } }
                     tbody { @for (name, errors) in lines { @if let Some(errors) = errors {
-                        tr { th scope="row" { (name) } @for cell in cells(&errors) { td { (cell) } } }
+                        tr {
+                            th scope="row" { (name) }
+                            @for (head, cell) in HEADS.iter().zip(cells(&errors)) { td data-head=(head) { (cell) } }
+                        }
                     } } }
                 }
             }
