@@ -24,9 +24,10 @@ use serde_json::json;
 
 use super::drawing::Drawing;
 use super::places::{self, Places};
+use super::recordings::name_of;
 use super::say;
 use super::signals::wait_if_ending;
-use super::track::{exit_code, name_of, parse_percentage};
+use super::track::{exit_code, parse_percentage};
 use super::troubles::Troubles;
 use super::truth::TruthCopy;
 
@@ -160,7 +161,7 @@ impl Meltpool {
 
     fn places<'a>(&'a self, job: &'a Job<'_>) -> Places<'a> {
         let (truth, overlay) = (self.truth.as_deref(), job.overlay.as_deref());
-        Places { input: job.input, truth, output: &job.output, overlay }
+        Places { input: job.input, truth, output: &job.output, overlay, is_done: false }
     }
 
     fn job<'a>(&self, input: &'a Path) -> Job<'a> {

@@ -16,6 +16,7 @@ macro_rules! errln {
     };
 }
 
+mod batch;
 mod calibrate;
 mod compare;
 mod config;
@@ -25,6 +26,7 @@ mod filter;
 mod manifest;
 mod meltpool;
 mod places;
+mod recordings;
 mod report;
 mod reproduce;
 pub mod say;

@@ -7,10 +7,9 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rayon::prelude::*;
 use seamtrack::calib::Origin;
 use seamtrack::config::{Config, Joint, Preset, Stripe};
-use seamtrack::output::{Existing, WholeFolder};
+use seamtrack::output::{Existing, WholeFolder, listing};
 use seamtrack::report::export::{Exports, write_exports};
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
@@ -26,10 +25,10 @@ use seamtrack::units::{MmPerPx, PixelPoint};
 
 use super::drawing::Drawing;
 use super::places::{self, Places};
-use super::signals::wait_if_ending;
+use super::recordings::{made_from, names_of, truth_beside};
 use super::troubles::Troubles;
 use super::truth::Truth;
-use super::{manifest, say};
+use super::{batch, manifest, say};
 
 /// Find the seam in each frame of a recording and estimate its path in millimetres
 #[derive(Debug, Args)]
@@ -104,11 +103,16 @@ pub struct Track {
 }
 
 /// One recording to track.
-struct Job {
-    input: PathBuf,
-    output: PathBuf,
-    truth: Option<PathBuf>,
-    overlay: Option<PathBuf>,
+pub(super) struct Job {
+    pub input: PathBuf,
+    /// What it is called beside others.
+    pub name: PathBuf,
+    pub output: PathBuf,
+    pub truth: Option<PathBuf>,
+    pub overlay: Option<PathBuf>,
+    /// What its results are made from, and whether they are there already: recordings beside others only.
+    pub made_from: Option<String>,
+    pub is_done: bool,
 }
 
 impl Job {
@@ -118,62 +122,35 @@ impl Job {
             truth: self.truth.as_deref(),
             output: &self.output,
             overlay: self.overlay.as_deref(),
+            is_done: self.is_done,
         }
     }
 }
-
-/// What became of it: whether the seam was available often enough, and what there is to say.
-struct Done {
-    available: bool,
-    text: String,
-}
-
-/// Recordings tracked at a time for each processor: more only take memory from one another. Chosen.
-const THREADS_PER_PROCESSOR: usize = 4;
 
 impl Track {
     /// Tracks every recording; the worst exit code wins.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
-        let jobs = self.job_list()?;
+        let jobs = self.job_list(&config)?;
         let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
         let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).collect();
         places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let done = self.track_one(job, &config, true)?;
-            say::print(&done.text).context("the results are written, but")?;
-            return Ok(exit_code(done.available));
-        }
-        // More threads than recordings or processors have nothing to do.
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = usize::from(self.jobs).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let results: Vec<anyhow::Result<(bool, anyhow::Result<()>)>> = pool.install(|| {
-            let tracked =
-                |job| self.track_one(job, &config, false).map(|done| (done.available, say::print(&done.text)));
-            jobs.par_iter().map(tracked).collect()
-        });
-        wait_if_ending();
-        let mut failed = 0;
-        let mut all_available = true;
-        let mut printed = Ok(());
-        for (job, result) in jobs.iter().zip(results) {
-            match result {
-                Ok((available, print)) => {
-                    all_available &= available;
-                    printed = printed.and(print);
-                }
-                Err(error) => {
-                    say::tell(&format!("{}: {}", job.input.display(), say::one_line(error.as_ref())));
-                    failed += 1;
-                }
+            let run = self.track_one(job, &config, true)?;
+            if !self.quiet {
+                let report = say::shown(&job.output.join("report.html"));
+                let text = terminal_summary(&run, Colour::for_stdout()) + &format!("results: {report}\n");
+                say::print(&text).context("the results are written, but")?;
             }
+            return Ok(exit_code(verdict(&run).trust != Trust::Bad));
         }
-        if failed > 0 {
-            bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
-        }
-        printed.context("the results are written, but")?;
-        Ok(exit_code(all_available))
+        let settings = batch::Batch { folder: self.folder(), jobs_at_a_time: self.jobs, quiet: self.quiet };
+        batch::run(&settings, &jobs, |job| self.track_one(job, &config, false))
+    }
+
+    /// Where the results of several recordings lie side by side.
+    fn folder(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("results"))
     }
 
     fn effective_config(&self) -> anyhow::Result<Config> {
@@ -190,7 +167,7 @@ impl Track {
         Ok(config)
     }
 
-    fn job_list(&self) -> anyhow::Result<Vec<Job>> {
+    fn job_list(&self, config: &Config) -> anyhow::Result<Vec<Job>> {
         let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
             self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
         if let Some(manifest) = &self.manifest {
@@ -204,28 +181,47 @@ impl Track {
             bail!("--truth belongs to one recording: for several, put the truths into a --manifest");
         }
         let several = inputs.len() > 1;
-        let jobs = inputs.into_iter().map(|(input, truth)| {
-            let name = name_of(&input);
+        let names = names_of(&inputs.iter().map(|(input, _)| input.as_path()).collect::<Vec<_>>());
+        let jobs = inputs.into_iter().zip(names).map(|((input, truth), name)| {
             let output = match &self.output {
-                Some(folder) if several => folder.join(&name),
-                Some(folder) => folder.clone(),
-                None => Path::new("results").join(&name),
+                Some(folder) if !several => folder.clone(),
+                _ => self.folder().join(&name),
             };
             let overlay = self.overlay.as_ref().map(|place| if several { place.join(&name) } else { place.clone() });
-            Job { input, output, truth, overlay }
+            let settings = self.settings(config, overlay.as_deref());
+            let made_from = if several { made_from(&input, truth.as_deref(), &settings) } else { None };
+            let is_drawn = overlay.as_ref().is_none_or(|overlay| overlay.exists());
+            let is_done = !self.force
+                && is_drawn
+                && made_from.as_ref().is_some_and(|made_from| listing::is_whole(&output, made_from));
+            Job { input, name, output, truth, overlay, made_from, is_done }
         });
         Ok(jobs.collect())
     }
 
+    /// All options that decide on a recording's results.
+    fn settings(&self, config: &Config, overlay: Option<&Path>) -> String {
+        let Self { origin, max_unavailable, tolerance, tum, trace, .. } = self;
+        let period = self.period(config);
+        format!("{config:?} {period:?} {origin:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {overlay:?}")
+    }
+
     /// Tracks one recording.
-    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Done> {
+    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Run> {
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
         let source = seamtrack::source::open(&job.input, self.period(config))?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
         let mut troubles = Troubles::of(&job.input);
         source.notes().iter().for_each(|note| troubles.note(note));
+        if truth.is_none()
+            && !self.quiet
+            && let Some(beside) = truth_beside(&job.input)
+        {
+            troubles.note(&format!("a truth lies beside it: --truth {} reports errors", beside.display()));
+        }
         let existing = Existing::forced(self.force);
-        let folder = WholeFolder::begin(&job.output, existing)?;
+        let mut folder = WholeFolder::begin(&job.output, existing)?;
+        job.made_from.iter().for_each(|made_from| folder.made_from(made_from.clone()));
         let kind = source.kind();
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
@@ -282,12 +278,7 @@ impl Track {
                 place.finish(writer, folder)?;
             }
         }
-        let mut text = String::new();
-        if !self.quiet {
-            text += &terminal_summary(&run, Colour::for_stdout());
-            text += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
-        }
-        Ok(Done { available: verdict(&run).trust != Trust::Bad, text })
+        Ok(run)
     }
 
     /// The user's time between frames, else the recording's own or the configuration's default.
@@ -343,18 +334,6 @@ fn read_config(file: &Path) -> anyhow::Result<Config> {
 
 pub(super) fn exit_code(available: bool) -> ExitCode {
     if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
-}
-
-/// The folder's or file's own name, without the extension of a file; of a folder called `frames`, that of the one above.
-pub(super) fn name_of(input: &Path) -> PathBuf {
-    let absolute = input.canonicalize().unwrap_or_else(|_| input.to_owned());
-    let above = || absolute.parent().and_then(Path::file_name);
-    let name = match absolute.file_name() {
-        Some(name) if absolute.is_dir() && name == "frames" => above().or(Some(name)),
-        name if absolute.is_dir() => name,
-        _ => absolute.file_stem(),
-    };
-    PathBuf::from(name.unwrap_or_else(|| "recording".as_ref()))
 }
 
 fn parse_point(text: &str) -> Result<PixelPoint, String> {

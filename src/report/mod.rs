@@ -9,6 +9,7 @@
 //! * `report.html` ([`page`]) and `*.tum` ([`tum`]), which [`export`] makes from the former.
 
 pub mod atomic;
+pub mod batch;
 pub mod calibration;
 mod canvas;
 pub mod compare;

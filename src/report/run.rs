@@ -34,15 +34,22 @@ impl Run {
     /// # Errors
     /// When a file cannot be read or breaks the contract.
     pub fn read(dir: &Path) -> Result<Self, ResultsError> {
+        Ok(Self { thumbnails: read_thumbnails(dir)?, ..Self::read_figures(dir)? })
+    }
+
+    /// As [`read`](Self::read), without the stored frames.
+    ///
+    /// # Errors
+    /// When a file cannot be read or breaks the contract.
+    pub fn read_figures(dir: &Path) -> Result<Self, ResultsError> {
         let summary = read_summary(&dir.join("summary.json"))?;
         let rows = read_path_csv(&dir.join("path.csv"))?;
         let measures = read_measures(&dir.join("path.csv"))?;
         let axis = summary.calibration.stripe;
         let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), axis, rows.len())?;
-        let thumbnails = read_thumbnails(dir)?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
-        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails })
+        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails: Vec::new() })
     }
 
     /// Position of one estimate along the stripe from `origin_px`, frame by frame \[mm\].

@@ -3,6 +3,7 @@
 
 mod bad_config;
 mod bad_frames;
+mod batch;
 mod broken_recordings;
 mod contract;
 mod exit_codes;
