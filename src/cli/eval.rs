@@ -45,7 +45,9 @@ impl Eval {
         let rows = read_path_csv(&self.path())?;
         let truth = read_truth(&self.truth)?;
         let (scale, axis) = self.scale_and_axis()?;
-        let Some(table) = error_table(&rows, &truth, axis, scale) else {
+        let summary = read_summary(&self.path().with_file_name("summary.json"));
+        let first_frame = summary.map_or(0, |summary| summary.input.first_frame());
+        let Some(table) = error_table(&rows, (&truth, first_frame), axis, scale) else {
             bail!(
                 "{} gives no position along the {axis} stripe for any frame of {}; check --stripe",
                 self.truth.display(),

@@ -14,13 +14,13 @@ use seamtrack::report::export::{Exports, write_exports};
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
 use seamtrack::report::run::Run;
-use seamtrack::report::summary::{Limits, write_summary};
+use seamtrack::report::summary::{FIRST_FRAME, Limits, write_summary};
 use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::report::verdict::{Trust, verdict};
 use seamtrack::run::{RunOutcome, error_table};
-use seamtrack::source::{Period, SizeCheck};
+use seamtrack::source::{Cut, FrameRange, FrameSource, Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
 use super::drawing::Drawing;
@@ -54,6 +54,9 @@ pub struct Track {
     /// The joint to follow [default: auto]
     #[arg(long)]
     joint: Option<Joint>,
+    /// Only these frames of the recording, from A up to but without B; either may be left out, as in 100..
+    #[arg(long, value_name = "A..B")]
+    frames: Option<FrameRange>,
     /// Which way the stripe runs [default: auto]
     #[arg(long)]
     stripe: Option<Stripe>,
@@ -201,15 +204,17 @@ impl Track {
 
     /// All options that decide on a recording's results.
     fn settings(&self, config: &Config, overlay: Option<&Path>) -> String {
-        let Self { origin, max_unavailable, tolerance, tum, trace, .. } = self;
+        let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
         let period = self.period(config);
-        format!("{config:?} {period:?} {origin:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {overlay:?}")
+        format!(
+            "{config:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {overlay:?}"
+        )
     }
 
     /// Tracks one recording.
     fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Run> {
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
-        let source = seamtrack::source::open(&job.input, self.period(config))?;
+        let source = self.open(&job.input, config)?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
         let mut troubles = Troubles::of(&job.input);
         source.notes().iter().for_each(|note| troubles.note(note));
@@ -240,10 +245,11 @@ impl Track {
         troubles.end();
         let outcome = if alone { outcome.with_context(|| job.input.display().to_string())? } else { outcome? };
 
+        let first_frame = self.frames.map_or(0, |range| range.first);
         let errors = match (&truth, outcome.axis) {
             (Some((file, truth)), Some(axis)) => {
-                let table = error_table(&outcome.rows, &truth.rows, axis, config.mm_per_px);
-                truth.tell_if_short(file, outcome.rows.len());
+                let table = error_table(&outcome.rows, (&truth.rows, first_frame), axis, config.mm_per_px);
+                truth.tell_if_short(file, first_frame, outcome.rows.len());
                 Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
             }
             _ => None,
@@ -254,7 +260,10 @@ impl Track {
             tolerance_mm: self.tolerance,
             ..Limits::default()
         };
-        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, limits, errors)?;
+        let mut summary = seamtrack::run::summarise(&outcome, (&input, kind), config, limits, errors)?;
+        if let Some(range) = self.frames {
+            summary.input.more.insert(FIRST_FRAME.into(), range.first.into());
+        }
         write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         write_summary(&folder.path().join("summary.json"), &summary)?;
         if let Some((_, truth)) = &truth {
@@ -281,6 +290,18 @@ impl Track {
         Ok(run)
     }
 
+    /// Opens a recording, or the part of it that was asked for.
+    fn open(&self, input: &Path, config: &Config) -> anyhow::Result<Box<dyn FrameSource>> {
+        let whole = seamtrack::source::open(input, self.period(config))?;
+        let Some(range) = self.frames else { return Ok(whole) };
+        match whole.frame_count() {
+            Some(count) if count <= range.first => {
+                bail!("--frames {range}: {} has {count} frames, numbered from 0", input.display())
+            }
+            _ => Ok(Box::new(Cut::new(whole, range))),
+        }
+    }
+
     /// The user's time between frames, else the recording's own or the configuration's default.
     fn period(&self, config: &Config) -> Period {
         let is_in_file = |file: &PathBuf| {
@@ -303,7 +324,7 @@ impl Track {
         outcome: &RunOutcome,
     ) -> anyhow::Result<OverlayWriter> {
         let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
-        let mut source = seamtrack::source::open(input, self.period(config))?;
+        let mut source = self.open(input, config)?;
         let mut sizes = SizeCheck::default();
         for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
             let Some(frame) = source.next_frame() else { break };

@@ -38,13 +38,10 @@ impl Canvas {
         Ok(Self { image, thickness })
     }
 
-    /// A polyline through `points`, over a dark outline of itself.
+    /// A polyline through `points`; without an outline, which would cover the stripe that it runs along.
     pub(super) fn polyline(&mut self, points: &[PixelPoint], colour: Rgb) -> Result<()> {
         let points: Vector<Point> = points.iter().map(|&point| fine(point)).collect();
-        for (colour, thickness) in self.outlined(colour) {
-            imgproc::polylines(&mut self.image, &points, false, bgr(colour), thickness, imgproc::LINE_AA, SHIFT)?;
-        }
-        Ok(())
+        imgproc::polylines(&mut self.image, &points, false, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)
     }
 
     /// Colour and thickness of a mark's dark outline, which keeps it apart from glare, and of the mark itself.

@@ -1,7 +1,9 @@
 //! Several runs on one recording: methods, presets or configurations beside one another.
 
+use super::errors::errors_against;
 use super::results::Estimator;
 use super::run::Run;
+use super::summary::Calibration;
 use super::table::{TableRow, error_rows};
 
 /// Why runs cannot be compared.
@@ -59,7 +61,30 @@ pub fn tell_apart(runs: &mut [Run]) {
     }
 }
 
-/// The papers' table over all runs: each run's estimates one after another. A run without a truth has no rows.
+/// Gives runs without errors those against the truth of the first run that has one: the recording is the same.
+pub fn lend_truth(runs: &mut [Run]) {
+    let Some(truth) = runs.iter().find_map(|run| run.truth_px.clone()) else { return };
+    for run in runs.iter_mut().filter(|run| run.truth_px.is_none()) {
+        let Calibration { stripe, mm_per_px, .. } = run.summary.calibration;
+        run.summary.errors = errors_against(&run.rows, &truth, stripe, mm_per_px);
+        run.truth_px = Some(truth.clone());
+    }
+}
+
+/// A sentence where the runs do not share one scale: their millimetres are not the same.
+#[must_use]
+pub fn mixed_scales(runs: &[Run]) -> Option<String> {
+    let scale = |run: &Run| run.summary.calibration.mm_per_px.get();
+    let mut scales: Vec<f64> = runs.iter().map(scale).collect();
+    scales.sort_by(f64::total_cmp);
+    scales.dedup();
+    let list: Vec<String> = scales.iter().map(f64::to_string).collect();
+    let list = list.join(", ");
+    (scales.len() > 1)
+        .then(|| format!("The runs have different scales ({list} mm/px): each one's millimetres are its own."))
+}
+
+/// The papers' table over all runs: each run's estimates one after another. Without any truth there are no rows.
 #[must_use]
 pub fn comparison_rows(runs: &[Run]) -> Vec<TableRow> {
     let named = |run: &Run| {

@@ -46,7 +46,8 @@ impl Run {
         let rows = read_path_csv(&dir.join("path.csv"))?;
         let measures = read_measures(&dir.join("path.csv"))?;
         let axis = summary.calibration.stripe;
-        let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), axis, rows.len())?;
+        let truth_px =
+            read_truth_along_px(&dir.join(truth::FILE_NAME), axis, (summary.input.first_frame(), rows.len()))?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
         Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails: Vec::new() })

@@ -62,6 +62,17 @@ pub struct Input {
     pub more: Map<String, Value>,
 }
 
+/// Key of [`Input::more`] for the recording's number of the run's first frame, with `--frames`.
+pub const FIRST_FRAME: &str = "first_frame";
+
+impl Input {
+    /// The recording's number of the run's first frame: 0 without `--frames`.
+    #[must_use]
+    pub fn first_frame(&self) -> usize {
+        self.more.get(FIRST_FRAME).and_then(Value::as_u64).map_or(0, |first| first as usize)
+    }
+}
+
 /// The scale and the axis of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {

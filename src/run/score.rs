@@ -1,36 +1,26 @@
 //! A run's rows against the truth.
 
-use crate::eval::{self, TruthRow};
-use crate::report::results::{Estimator, PathRow};
+use crate::eval::TruthRow;
+use crate::report::errors::errors_against;
+use crate::report::results::PathRow;
 use crate::report::summary::ErrorTable;
 use crate::units::{MmPerPx, StripeAxis};
 
-/// The errors of KCF, filter and smoother along the stripe; none when no frame of the run has a truth.
+/// The errors of KCF, filter and smoother along the stripe; none when no frame of the run has a truth. The run's first frame is
+/// the recording's `first_frame`.
 #[must_use]
-pub fn error_table(rows: &[PathRow], truth: &[TruthRow], axis: StripeAxis, scale: MmPerPx) -> Option<ErrorTable> {
+pub fn error_table(
+    rows: &[PathRow],
+    (truth, first_frame): (&[TruthRow], usize),
+    axis: StripeAxis,
+    scale: MmPerPx,
+) -> Option<ErrorTable> {
     let mut truth_px = vec![None; rows.len()];
     for row in truth {
         // A truth may be longer than the path, when only a part was tracked.
-        if let Some(place) = truth_px.get_mut(row.frame) {
+        if let Some(place) = row.frame.checked_sub(first_frame).and_then(|frame| truth_px.get_mut(frame)) {
             *place = row.along_px(axis);
         }
     }
-    if truth_px.iter().all(Option::is_none) {
-        return None;
-    }
-    let of = |estimator| {
-        let estimates: Vec<_> = rows.iter().map(|row| estimate(row, estimator, axis, scale)).collect();
-        eval::errors(&estimates, &truth_px, scale)
-    };
-    Some(ErrorTable { kcf: of(Estimator::Kcf), filtered: of(Estimator::Filtered), smoothed: of(Estimator::Smoothed) })
-}
-
-fn estimate(row: &PathRow, estimator: Estimator, axis: StripeAxis, scale: MmPerPx) -> Option<eval::Estimate> {
-    let std_mm = match estimator {
-        Estimator::Kcf => None,
-        Estimator::Filtered => row.x_std_mm,
-        Estimator::Smoothed => row.smooth_x_std_mm,
-    };
-    let position_px = row.along_px(estimator, axis)?;
-    Some(eval::Estimate { position_px, std_px: std_mm.map(|std_mm| std_mm / scale.get()) })
+    errors_against(rows, &truth_px, axis, scale)
 }

@@ -70,6 +70,10 @@ impl FrameSource for Folder {
         self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
+    fn skip_frame(&mut self) -> bool {
+        self.files.pop_front().is_some()
+    }
+
     fn frame_count(&self) -> Option<usize> {
         Some(self.count)
     }

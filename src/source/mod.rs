@@ -3,6 +3,7 @@
 //! Every source is a [`FrameSource`]; a live camera fits the same trait later. An [`IntensitySource`] gives the same
 //! recordings in their full depth.
 
+mod cut;
 mod folder;
 mod gray;
 mod intensity;
@@ -14,6 +15,7 @@ mod video;
 
 use std::path::{Path, PathBuf};
 
+pub use cut::{Cut, FrameRange, NoFrameRange};
 pub use gray::SixteenBitScale;
 pub use intensity::{IntensityScale, IntensitySource, open_intensity};
 
@@ -59,6 +61,10 @@ impl From<f64> for Period {
 pub trait FrameSource: Send {
     /// The next frame; none at the end.
     fn next_frame(&mut self) -> Option<SourceFrame>;
+    /// Leaves a frame out; false at the end.
+    fn skip_frame(&mut self) -> bool {
+        self.next_frame().is_some()
+    }
     /// Number of frames, where it is known.
     fn frame_count(&self) -> Option<usize>;
     /// What kind of recording this is, in a word.

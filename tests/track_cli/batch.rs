@@ -169,3 +169,28 @@ fn a_truth_beside_the_frames_is_hinted_at() {
         run.assert().success().stderr(line_with(&["--truth", "demo-butt/truth.csv"]));
     }
 }
+
+#[test]
+fn batches_of_methods_stand_in_one_table_over_their_recordings() {
+    let folder = tempfile::tempdir().unwrap();
+    linked(folder.path(), "a", 8);
+    linked(folder.path(), "b", 9);
+    let manifest = folder.path().join("list.csv");
+    fs::write(&manifest, format!("input,truth\na,{0}\nb,{0}\n", demo().join("truth.csv").display())).unwrap();
+    let methods = ["robust", "paper"].map(|preset| {
+        let output = folder.path().join(preset);
+        batch(&manifest, &output).args(["--preset", preset, "--max-unavailable", "100", "--quiet"]).output().unwrap();
+        output
+    });
+    let page = folder.path().join("methods.html");
+    let mut compare = seamtrack();
+    let said = compare.arg("compare").args(&methods).arg("-o").arg(&page).assert().success();
+    let text = String::from_utf8_lossy(&said.get_output().stdout).into_owned();
+    let lines: Vec<&str> = text.lines().collect();
+    assert!(lines.len() == 5 && lines[0].contains("robust") && lines[0].contains("paper"), "{text}");
+    assert!(lines[2].starts_with('a') && lines[3].starts_with('b') && lines[4].starts_with("all"), "{text}");
+    assert!(fs::read_to_string(&page).unwrap().contains("2 methods on 2 recordings"));
+    let mut mixed = seamtrack();
+    mixed.arg("compare").arg(&methods[0]).arg(methods[1].join("a")).arg("-o").arg(folder.path().join("x.html"));
+    mixed.assert().code(1).stderr(line_with(&["batches and single runs"]));
+}

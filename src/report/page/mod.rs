@@ -12,6 +12,7 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
+use super::compare::mixed_scales;
 use super::head::head;
 use super::model::{PageModel, image, several, single};
 use super::run::Run;
@@ -48,7 +49,7 @@ pub fn write_report(path: &Path, run: &Run, max_bytes: usize) -> Result<(), Resu
         (headline(&verdict, &summary.input.path))
         (plots(true))
         section.details {
-            (figures(&error_rows(run)))
+            (figures(&error_rows(run), "Track again with "))
             (timing(summary))
             (configuration(summary))
         }
@@ -66,13 +67,20 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
         header.headline {
             p.program { "seamtrack compare" }
             h1 { (runs.len()) " runs on one recording" }
-            ul.facts { @for run in runs { li { b { (run.name) } " " (verdict(run).sentence) } } }
+            @if let Some(doubt) = mixed_scales(runs) { ul.doubts { li { (doubt) } } }
+            ul.facts { @for run in runs { (verdict_of(run)) } }
         }
         (plots(false))
-        section.details { (figures(rows)) }
+        section.details { (figures(rows, "Give one of the runs ")) }
     };
     let thumbnails = runs.iter().map(|run| &run.thumbnails).find(|list| !list.is_empty());
     write_page(path, "comparison – seamtrack", model, thumbnails.map_or(&[], Vec::as_slice), &body, max_bytes)
+}
+
+/// A run's name, badge and sentence.
+fn verdict_of(run: &Run) -> Markup {
+    let verdict = verdict(run);
+    html! { li class=(verdict.trust.word()) { b { (run.name) } " " span.light { (verdict.trust.word()) } (verdict.sentence) } }
 }
 
 pub(super) fn write_page(
@@ -162,12 +170,13 @@ pub(super) fn plots(single: bool) -> Markup {
     }
 }
 
-pub(super) fn figures(rows: &[TableRow]) -> Markup {
+/// The papers' table; without a truth, `remedy` says who is to be given one.
+fn figures(rows: &[TableRow], remedy: &str) -> Markup {
     html! {
         section.figures {
             h2 { "Errors along the stripe" }
             @if rows.is_empty() {
-                p { "No truth was given, so errors are unknown. " code { "--truth FILE" } " adds them." }
+                p { "No truth was given, so errors are unknown. " (remedy) code { "seamtrack track --truth FILE" } "." }
             } @else {
                 div.scroll {
                     table {

@@ -95,7 +95,8 @@ class Viewer {
       const [x, y, roiWidth, roiHeight] = stored.roi;
       this.picture.append(...outlined("rect", { class: "roi", x, y, width: roiWidth, height: roiHeight }));
     }
-    this.picture.append(...outlined("polyline", { class: "stripe", points: stored.stripe.map((p) => p.join(",")).join(" ") }));
+    // Without an outline, which would cover the stripe.
+    this.picture.append(element("polyline", { class: "stripe", points: stored.stripe.map((p) => p.join(",")).join(" ") }));
     points.forEach((p, k) => {
       if (!stored.points[k] || this.view.hidden.has(p.look)) return;
       const [u, v] = stored.points[k];
