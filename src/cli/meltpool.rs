@@ -161,7 +161,7 @@ impl Meltpool {
 
     fn places<'a>(&'a self, job: &'a Job<'_>) -> Places<'a> {
         let (truth, overlay) = (self.truth.as_deref(), job.overlay.as_deref());
-        Places { input: job.input, truth, output: &job.output, overlay, is_done: false }
+        Places { input: job.input, truth, output: &job.output, overlay, mcap: None, is_done: false }
     }
 
     fn job<'a>(&self, input: &'a Path) -> Job<'a> {

@@ -17,6 +17,8 @@ pub struct Places<'a> {
     pub output: &'a Path,
     /// Where it is drawn.
     pub overlay: Option<&'a Path>,
+    /// Where its log is written.
+    pub mcap: Option<&'a Path>,
     /// The results are there already and stay.
     pub is_done: bool,
 }
@@ -43,6 +45,13 @@ pub fn check(jobs: &[Places<'_>], settings: &[&PathBuf], existing: Existing) -> 
             claims.claim(overlay, &name)?;
             if !job.is_done {
                 drawing::check(overlay, job.output, existing)?;
+            }
+        }
+        if let Some(mcap) = job.mcap {
+            reads.refuse(mcap, "--mcap")?;
+            claims.claim(mcap, &name)?;
+            if !job.is_done {
+                drawing::check_log(mcap, job.output, existing)?;
             }
         }
     }

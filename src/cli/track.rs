@@ -1,6 +1,6 @@
 //! `seamtrack track`: recorded frames in, the seam path in millimetres out.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -9,8 +9,10 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use seamtrack::calib::Origin;
 use seamtrack::config::{Config, Joint, Preset, Stripe};
-use seamtrack::output::{Existing, WholeFolder, listing};
+use seamtrack::output::{Existing, WholeFolder, listing, resolve};
+use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::export::{Exports, write_exports};
+use seamtrack::report::foxglove::FoxgloveLog;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
 use seamtrack::report::run::Run;
@@ -81,6 +83,9 @@ pub struct Track {
     /// Also draw the recording with its marks: a folder of PNG files, or a video
     #[arg(long, value_name = "DIR|FILE.mp4")]
     overlay: Option<PathBuf>,
+    /// Also write pictures, marks and path as an MCAP log, for Foxglove; of several recordings, a folder of logs
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     /// Also write the paths as TUM trajectories (for evo)
     #[arg(long)]
     tum: bool,
@@ -113,6 +118,7 @@ pub(super) struct Job {
     pub output: PathBuf,
     pub truth: Option<PathBuf>,
     pub overlay: Option<PathBuf>,
+    pub mcap: Option<PathBuf>,
     /// What its results are made from, and whether they are there already: recordings beside others only.
     pub made_from: Option<String>,
     pub is_done: bool,
@@ -125,6 +131,7 @@ impl Job {
             truth: self.truth.as_deref(),
             output: &self.output,
             overlay: self.overlay.as_deref(),
+            mcap: self.mcap.as_deref(),
             is_done: self.is_done,
         }
     }
@@ -191,23 +198,25 @@ impl Track {
                 _ => self.folder().join(&name),
             };
             let overlay = self.overlay.as_ref().map(|place| if several { place.join(&name) } else { place.clone() });
-            let settings = self.settings(config, overlay.as_deref());
+            let log = |place: &PathBuf| place.join(format!("{}.mcap", name.display()));
+            let mcap = self.mcap.as_ref().map(|place| if several { log(place) } else { place.clone() });
+            let settings = self.settings(config, [overlay.as_deref(), mcap.as_deref()]);
             let made_from = if several { made_from(&input, truth.as_deref(), &settings) } else { None };
-            let is_drawn = overlay.as_ref().is_none_or(|overlay| overlay.exists());
+            let is_drawn = overlay.iter().chain(&mcap).all(|drawn| drawn.exists());
             let is_done = !self.force
                 && is_drawn
                 && made_from.as_ref().is_some_and(|made_from| listing::is_whole(&output, made_from));
-            Job { input, name, output, truth, overlay, made_from, is_done }
+            Job { input, name, output, truth, overlay, mcap, made_from, is_done }
         });
         Ok(jobs.collect())
     }
 
     /// All options that decide on a recording's results.
-    fn settings(&self, config: &Config, overlay: Option<&Path>) -> String {
+    fn settings(&self, config: &Config, drawings: [Option<&Path>; 2]) -> String {
         let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
         let period = self.period(config);
         format!(
-            "{config:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {overlay:?}"
+            "{config:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
         )
     }
 
@@ -279,6 +288,12 @@ impl Track {
             write_summary(&folder.path().join("summary.json"), &run.summary)?;
         }
         write_exports(&run, Exports { tum: self.tum, ..Exports::default() })?;
+        // A log within the results appears with them, one elsewhere before them: what was finished has its log.
+        if let Some(mcap) = &job.mcap {
+            let place = resolve(mcap)?;
+            let within = place.strip_prefix(folder.target()).map(|within| folder.path().join(within));
+            self.write_mcap(&job.input, &within.unwrap_or(place), config, &outcome)?;
+        }
         match &job.overlay {
             None => folder.finish()?,
             Some(overlay) => {
@@ -334,6 +349,27 @@ impl Track {
         }
         writer.complete()?;
         Ok(writer)
+    }
+
+    /// Reads the recording a second time and writes it with the finished path as a log.
+    fn write_mcap(&self, input: &Path, target: &Path, config: &Config, outcome: &RunOutcome) -> anyhow::Result<()> {
+        if let Some(folder) = target.parent() {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot write {}", folder.display()))?;
+        }
+        let mut source = self.open(input, config)?;
+        let mut sizes = SizeCheck::default();
+        write_atomically(target, |file| {
+            file.flush()?;
+            let mut log = FoxgloveLog::begin(file.get_mut()).map_err(std::io::Error::other)?;
+            for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+                let Some(frame) = source.next_frame() else { break };
+                let picture = sizes.admit(frame).picture.ok();
+                let drawn = picture.as_ref().map(|picture| (picture, marks));
+                log.add(row, drawn).map_err(std::io::Error::other)?;
+            }
+            log.finish().map_err(std::io::Error::other)
+        })?;
+        Ok(())
     }
 
     fn progress(&self, frames: Option<usize>, alone: bool) -> ProgressBar {

@@ -15,6 +15,7 @@ mod canvas;
 pub mod compare;
 pub mod errors;
 pub mod export;
+pub mod foxglove;
 mod head;
 pub mod marks;
 pub mod matrix;

@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 
 use super::atomic::{ResultsError, write_atomically};
-use super::canvas::{Canvas, Rgb, VideoFile, frames_of_video};
+pub(super) use super::canvas::Rgb;
+use super::canvas::{Canvas, VideoFile, frames_of_video};
 use super::marks::FrameMarks;
 use super::results::{Estimator, PathRow, Status};
 use crate::frame::GrayFrame;
 use crate::output::unfinished::{self, Removal};
 
 /// The colours of the page's plots and pictures; each mark has its own shape as well, for colour-blind eyes.
-const STRIPE: Rgb = [86, 180, 233];
+pub(super) const STRIPE: Rgb = [86, 180, 233];
 const ROI: Rgb = [160, 160, 160];
-const KCF: Rgb = [217, 122, 0];
-const FILTERED: Rgb = [10, 132, 255];
-const SMOOTHED: Rgb = [0, 160, 106];
+pub(super) const KCF: Rgb = [217, 122, 0];
+pub(super) const FILTERED: Rgb = [10, 132, 255];
+pub(super) const SMOOTHED: Rgb = [0, 160, 106];
 
 pub(super) const fn status_colour(status: Status) -> Rgb {
     match status {

@@ -10,6 +10,7 @@ mod exit_codes;
 mod golden;
 mod kinds;
 mod limits;
+mod mcap_logs;
 mod messages;
 mod outputs;
 mod program;
