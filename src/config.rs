@@ -11,7 +11,7 @@ use crate::imgproc::geometry::JointKind;
 use crate::kalman::{ColouredMeasurement, InvalidParameter};
 use crate::kcf::{Kcf, KcfError, KcfSettings};
 use crate::tracker::{Method, PaperSettings, RobustSettings};
-use crate::units::{MmPerPx, PixelPoint, StripeAxis};
+use crate::units::{MmPerPx, PixelPoint, PixelRect, StripeAxis};
 
 /// The sampling period that the printed noise numbers belong to \[s\]; other time steps are derived from it.
 const DU_2022_PERIOD_S: f64 = 0.2;
@@ -100,6 +100,9 @@ pub struct Config {
     /// Where the seam is in the first frame \[px\], u and v in the image; found by the seed when it is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed_at: Option<[f64; 2]>,
+    /// The part of the picture that is looked at \[px\]: first column and row, columns and rows; all of it when it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub roi: Option<[usize; 4]>,
     /// Frames that the smoother may look ahead; the whole recording when it is not given. Preset robust only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_lag: Option<usize>,
@@ -151,6 +154,7 @@ impl Default for Config {
             period_s: 0.2,
             mm_per_px: MmPerPx::DU_2022,
             seed_at: None,
+            roi: None,
             fixed_lag: None,
             speed_mm_s: None,
             paper: PaperConfig::default(),
@@ -241,6 +245,12 @@ impl Config {
         self.seed_at.map(|[u_px, v_px]| PixelPoint::new(u_px, v_px))
     }
 
+    /// The part of the picture that is looked at.
+    #[must_use]
+    pub fn roi(&self) -> Option<PixelRect> {
+        self.roi.map(|[u_px, v_px, width_px, height_px]| PixelRect { u_px, v_px, width_px, height_px })
+    }
+
     /// The method that the configuration describes.
     ///
     /// # Errors
@@ -250,6 +260,10 @@ impl Config {
         if let Some([u_px, v_px]) = self.seed_at {
             range("seed_at", u_px, "a point of the image", u_px.is_finite() && u_px >= 0.0)?;
             range("seed_at", v_px, "a point of the image", v_px.is_finite() && v_px >= 0.0)?;
+        }
+        if let Some(roi) = self.roi() {
+            let side = roi.width_px.min(roi.height_px) as f64;
+            range("roi", side, "a part of at least 32 x 32 pixels", side >= LEAST_ROI_PX)?;
         }
         if let Some(speed) = self.speed_mm_s {
             range("speed_mm_s", speed, "a number from 0", speed.is_finite() && speed >= 0.0)?;
@@ -263,6 +277,9 @@ impl Config {
         }
     }
 }
+
+/// Least side of the part to look at \[px\]. Chosen: no stripe can be told from its background in less.
+const LEAST_ROI_PX: f64 = 32.0;
 
 fn range(key: &'static str, value: f64, range: &'static str, holds: bool) -> Result<(), ConfigError> {
     if holds { Ok(()) } else { Err(ConfigError::Range { key, range, value }) }

@@ -1,5 +1,7 @@
 //! The grey frame every stage reads, and the frame of full depth that the melt-pool sensors read.
 
+use crate::units::PixelRect;
+
 /// An owned 8-bit grey image, rows after one another without padding.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct GrayFrame {
@@ -76,6 +78,17 @@ impl GrayFrame {
         let u = u.clamp(0, self.width_px as isize - 1) as usize;
         let v = v.clamp(0, self.height_px as isize - 1) as usize;
         self.pixels[v * self.width_px + u]
+    }
+
+    /// The part of the frame that `rect` covers; `None` when it covers nothing of it.
+    #[must_use]
+    pub fn cropped(&self, rect: PixelRect) -> Option<Self> {
+        let (u_end, v_end) = (rect.u_end_px().min(self.width_px), rect.v_end_px().min(self.height_px));
+        if rect.u_px >= u_end || rect.v_px >= v_end {
+            return None;
+        }
+        let pixels = (rect.v_px..v_end).flat_map(|v| &self.row(v)[rect.u_px..u_end]).copied().collect();
+        Some(Self { width_px: u_end - rect.u_px, height_px: v_end - rect.v_px, pixels })
     }
 
     /// The frame with rows and columns exchanged.
@@ -163,6 +176,15 @@ mod tests {
         assert_eq!((turned.width_px(), turned.height_px()), (33, 70));
         assert_eq!(turned.at_clamped(5, 60), frame.at_clamped(60, 5));
         assert_eq!(turned.transposed(), frame);
+    }
+
+    #[test]
+    fn a_part_has_the_pixels_it_covers_and_what_lies_outside_is_left_out() {
+        let frame = GrayFrame::new(4, 3, (0..12).collect()).unwrap();
+        let part = |u_px, v_px, width_px, height_px| frame.cropped(PixelRect { u_px, v_px, width_px, height_px });
+        assert_eq!(part(1, 1, 2, 2).unwrap().pixels(), [5, 6, 9, 10]);
+        assert_eq!(part(3, 2, usize::MAX, 9).unwrap().pixels(), [11]);
+        assert_eq!(part(4, 0, 1, 1), None);
     }
 
     #[test]

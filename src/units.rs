@@ -30,6 +30,46 @@ impl PixelPoint {
     }
 }
 
+/// A rectangle of whole pixels: its top left one, its columns and its rows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub struct PixelRect {
+    /// Its first column \[px\].
+    pub u_px: usize,
+    /// Its first row \[px\].
+    pub v_px: usize,
+    /// Columns \[px\].
+    pub width_px: usize,
+    /// Rows \[px\].
+    pub height_px: usize,
+}
+
+impl PixelRect {
+    /// The same rectangle of the transposed image.
+    #[must_use]
+    pub const fn transposed(self) -> Self {
+        Self { u_px: self.v_px, v_px: self.u_px, width_px: self.height_px, height_px: self.width_px }
+    }
+
+    /// Whether `point` lies in it.
+    #[must_use]
+    pub fn holds(self, point: PixelPoint) -> bool {
+        (self.u_px as f64..self.u_end_px() as f64).contains(&point.u_px)
+            && (self.v_px as f64..self.v_end_px() as f64).contains(&point.v_px)
+    }
+
+    /// One past the last column \[px\].
+    #[must_use]
+    pub const fn u_end_px(self) -> usize {
+        self.u_px.saturating_add(self.width_px)
+    }
+
+    /// One past the last row \[px\].
+    #[must_use]
+    pub const fn v_end_px(self) -> usize {
+        self.v_px.saturating_add(self.height_px)
+    }
+}
+
 /// How the laser stripe runs through the image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

@@ -22,7 +22,7 @@ use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::report::verdict::{Trust, verdict};
 use seamtrack::run::{RunOutcome, error_table};
-use seamtrack::source::{Cut, FrameRange, FrameSource, Period, SizeCheck};
+use seamtrack::source::{Cut, FrameRange, FrameSource, Period, SizeCheck, SourceError};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
 use super::drawing::Drawing;
@@ -65,6 +65,9 @@ pub struct Track {
     /// The seam in the first frame, if you know better than the seed
     #[arg(long, value_name = "U,V", value_parser = parse_point)]
     seed_at: Option<PixelPoint>,
+    /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
+    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
+    roi: Option<[usize; 4]>,
     /// Scale along the stripe
     #[arg(long, value_name = "MM", allow_negative_numbers = true)]
     mm_per_px: Option<MmPerPx>,
@@ -173,6 +176,7 @@ impl Track {
         config.speed_mm_s = self.speed.or(config.speed_mm_s);
         config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
         config.seed_at = self.seed_at.map(|p| [p.u_px, p.v_px]).or(config.seed_at);
+        config.roi = self.roi.or(config.roi);
         config.method()?;
         Ok(config)
     }
@@ -240,7 +244,8 @@ impl Track {
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
-        let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
+        let reopen = || self.open(&job.input, config);
+        let outcome = seamtrack::run::track(source, &reopen, config, self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
@@ -306,14 +311,15 @@ impl Track {
     }
 
     /// Opens a recording, or the part of it that was asked for.
-    fn open(&self, input: &Path, config: &Config) -> anyhow::Result<Box<dyn FrameSource>> {
+    fn open(&self, input: &Path, config: &Config) -> Result<Box<dyn FrameSource>, SourceError> {
         let whole = seamtrack::source::open(input, self.period(config))?;
-        let Some(range) = self.frames else { return Ok(whole) };
-        match whole.frame_count() {
-            Some(count) if count <= range.first => {
-                bail!("--frames {range}: {} has {count} frames, numbered from 0", input.display())
+        match (self.frames, whole.frame_count()) {
+            (None, _) => Ok(whole),
+            (Some(range), Some(count)) if count <= range.first => {
+                let problem = format!("--frames {range}: it has {count} frames, numbered from 0");
+                Err(SourceError::Frames { path: input.to_owned(), problem })
             }
-            _ => Ok(Box::new(Cut::new(whole, range))),
+            (Some(range), _) => Ok(Box::new(Cut::new(whole, range))),
         }
     }
 
@@ -406,6 +412,12 @@ fn parse_length(text: &str) -> Result<f64, String> {
         Ok(mm) if mm.is_finite() && mm > 0.0 => Ok(mm),
         _ => Err("expected a length in millimetres above 0, for example 0.3".into()),
     }
+}
+
+fn parse_roi(text: &str) -> Result<[usize; 4], String> {
+    let numbers: Result<Vec<usize>, _> = text.split(',').map(|number| number.trim().parse()).collect();
+    let roi = numbers.ok().and_then(|numbers| <[usize; 4]>::try_from(numbers).ok());
+    roi.ok_or_else(|| "expected U,V,W,H in whole pixels, for example 600,380,320,460".into())
 }
 
 pub(super) fn parse_percentage(text: &str) -> Result<f64, String> {

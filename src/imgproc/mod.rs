@@ -15,6 +15,7 @@ mod raster;
 mod rectify;
 mod stripe_line;
 mod stripe_path;
+mod stripes;
 
 pub use ambient_line::AmbientLine;
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline, extract_along};
@@ -26,3 +27,4 @@ pub use raster::Raster;
 pub use rectify::{BAND_HALF_PX, BAND_ROWS, Band, StripeRectifier};
 pub use stripe_line::{StripeLine, StripeLineFinder};
 pub use stripe_path::stripe_path;
+pub use stripes::{Stripe, stripes};

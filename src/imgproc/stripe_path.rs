@@ -9,7 +9,7 @@ use std::ops::Range;
 use crate::frame::GrayFrame;
 
 /// Size of a cell \[px\], along and across the stripe: it averages the speckle and still resolves a thin stripe.
-const CELL_PX: (usize, usize) = (4, 2);
+pub(super) const CELL_PX: (usize, usize) = (4, 2);
 /// A ridge is brighter than both its neighbourhoods: from here to there across the stripe \[cells\], 8 px to 16 px.
 const FLANK_CELLS: Range<usize> = 4..8;
 /// Steepest stripe that is no jump \[cells per cell\]: a slope of 1.5.
@@ -18,6 +18,9 @@ const STEEPEST: usize = 3;
 /// so that the path passes over a gap, and a slope of 1 costs a tenth.
 const BEND_PRICE: f32 = 0.05;
 const JUMP_PRICE: f32 = 3.0;
+
+/// What stands out is so many times the mean of all cells. Chosen: a stripe fills a hundredth of a picture.
+pub(super) const LEAST_OVER_MEAN: f32 = 6.0;
 
 /// The row of the stripe \[px\] in each column, also where it passes over a gap. None for a frame without contrast.
 #[must_use]
@@ -38,7 +41,7 @@ pub fn stripe_path(frame: &GrayFrame) -> Option<Vec<usize>> {
 }
 
 /// By how much each cell exceeds the brighter of its two flanks \[grey\], column by column, not below 0.
-fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f32> {
+pub(super) fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f32> {
     let mut mean = vec![0.0f32; columns * rows];
     for v in 0..rows * CELL_PX.1 {
         for (u, cell) in frame.row(v)[..columns * CELL_PX.0].chunks_exact(CELL_PX.0).enumerate() {
@@ -67,9 +70,14 @@ fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f32> {
     contrast
 }
 
-/// The median over the columns of their strongest contrast \[grey\].
+/// The median over the columns of their strongest contrast \[grey\], of those that stand out: a stripe may be short.
 fn typical_ridge(contrast: &[f32], rows: usize) -> f32 {
+    let mean = contrast.iter().sum::<f32>() / contrast.len() as f32;
     let mut strongest: Vec<f32> = contrast.chunks_exact(rows).map(|c| c.iter().copied().fold(0.0, f32::max)).collect();
+    strongest.retain(|&strong| strong > LEAST_OVER_MEAN * mean);
+    if strongest.is_empty() {
+        return 0.0;
+    }
     let middle = strongest.len() / 2;
     *strongest.select_nth_unstable_by(middle, f32::total_cmp).1
 }

@@ -4,11 +4,13 @@ mod ahead;
 pub mod meltpool;
 mod rows;
 mod score;
+mod second_pass;
 mod summarise;
 
 use std::time::Instant;
 
 pub use score::error_table;
+pub use second_pass::Reopen;
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
@@ -20,11 +22,11 @@ use crate::report::marks::FrameMarks;
 use crate::report::results::{PathRow, Status as RowStatus};
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
 use crate::report::trace::TraceRow;
-use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceFrame};
+use crate::source::{FrameError, FrameSource, SixteenBitScale, SizeCheck, SourceError, SourceFrame};
 use crate::tracker::{
     Estimate, Evidence, JointDecision, Observation, SeamPath, Session, SessionSettings, TrackerError,
 };
-use crate::units::{PixelPoint, StripeAxis};
+use crate::units::{PixelPoint, PixelRect, StripeAxis};
 
 /// One frame of a run, for those who watch it.
 pub struct Seen<'a> {
@@ -92,6 +94,9 @@ pub enum RunError {
     /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
+    /// The recording cannot be opened a second time.
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// The user's seed is not in the frames.
     #[error("the seed {}, {} lies outside the frames of {} x {} pixels: give a point of the image", seed.u_px, seed.v_px, size_px.0, size_px.1)]
     SeedOutside {
@@ -99,6 +104,15 @@ pub enum RunError {
         seed: PixelPoint,
         /// Columns and rows of the frames.
         size_px: (usize, usize),
+    },
+    /// The user's seed is not in the part that is looked at.
+    #[error("the seed {}, {} lies outside the part to look at, {} x {} pixels from ({}, {}): give a point of it",
+        seed.u_px, seed.v_px, roi.width_px, roi.height_px, roi.u_px, roi.v_px)]
+    SeedOutsideRoi {
+        /// The seed.
+        seed: PixelPoint,
+        /// The part of the picture.
+        roi: PixelRect,
     },
     /// No frame could be read.
     #[error("none of the {frames} frames could be read; the first: {first}")]
@@ -110,7 +124,8 @@ pub enum RunError {
     },
 }
 
-/// Tracks the seam through `source`. `watch` is called after each frame, in order.
+/// Tracks the seam through `source`. `watch` is called after each frame, in order. Where the smoother may look at the whole
+/// recording, frames that are left without a value are gone through once more, backwards, as `reopen` gives them.
 ///
 /// Frames are decoded on a second thread; the result does not depend on it.
 ///
@@ -118,6 +133,7 @@ pub enum RunError {
 /// When the configuration is wrong, no frame can be read, or the tracker fails.
 pub fn track(
     mut source: Box<dyn FrameSource>,
+    reopen: Reopen<'_>,
     config: &Config,
     origin: Origin,
     mut watch: impl FnMut(&Seen<'_>),
@@ -133,7 +149,7 @@ pub fn track(
             run.step(frame, &mut watch)
         },
     )?;
-    let mut outcome = run.finish(started.elapsed().as_secs_f64())?;
+    let mut outcome = run.finish(started.elapsed().as_secs_f64(), reopen)?;
     outcome.sixteen_bit_scale = sixteen_bit_scale;
     Ok(outcome)
 }
@@ -142,6 +158,7 @@ pub fn track(
 struct Run<'a> {
     config: &'a Config,
     origin: Origin,
+    settings: SessionSettings,
     session: Session,
     path: SeamPath,
     joints: Vec<JointDecision>,
@@ -157,16 +174,18 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(config: &'a Config, origin: Origin) -> Result<Self, RunError> {
-        let session = Session::new(&SessionSettings {
+        let settings = SessionSettings {
             method: config.method()?,
             axis: config.stripe.axis(),
             seed_at: config.seed_at(),
             sensor: Sensor::Scale(config.mm_per_px),
-        })?;
+            roi: config.roi(),
+        };
         Ok(Self {
             config,
             origin,
-            session,
+            session: Session::new(&settings)?,
+            settings,
             path: SeamPath::new(config.fixed_lag),
             joints: vec![],
             sizes: SizeCheck::default(),
@@ -223,12 +242,14 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// Refuses a seed outside the frames, whose size the first readable one tells.
+    /// Refuses a seed outside the frames, whose size the first readable one tells, or outside the part that is looked at.
     fn check_seed(&self) -> Result<(), RunError> {
-        match (self.config.seed_at(), self.sizes.size_px()) {
-            (Some(seed), Some(size_px)) if seed.u_px >= size_px.0 as f64 || seed.v_px >= size_px.1 as f64 => {
-                Err(RunError::SeedOutside { seed, size_px })
-            }
+        let (Some(seed), Some(size_px)) = (self.config.seed_at(), self.sizes.size_px()) else { return Ok(()) };
+        if seed.u_px >= size_px.0 as f64 || seed.v_px >= size_px.1 as f64 {
+            return Err(RunError::SeedOutside { seed, size_px });
+        }
+        match self.config.roi() {
+            Some(roi) if !roi.holds(seed) => Err(RunError::SeedOutsideRoi { seed, roi }),
             _ => Ok(()),
         }
     }
@@ -267,14 +288,19 @@ impl<'a> Run<'a> {
         counts.saturated += usize::from(picture.is_some_and(is_saturated));
     }
 
-    fn finish(mut self, elapsed_s: f64) -> Result<RunOutcome, RunError> {
+    fn finish(mut self, elapsed_s: f64, reopen: Reopen<'_>) -> Result<RunOutcome, RunError> {
         let Some(size_px) = self.sizes.size_px() else {
             let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
             return Err(RunError::NothingReadable { frames: self.rows.len(), first });
         };
         let axis = self.session.axis();
         if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
-            fill_smoothed(&mut self.rows, &self.path.smoothed()?, axis, calibration);
+            let mut smoothed = self.path.smoothed()?;
+            if self.config.fixed_lag.is_none() {
+                let settings = SessionSettings { axis: Some(axis), seed_at: None, ..self.settings };
+                second_pass::fill(&mut smoothed, &settings, size_px, reopen)?;
+            }
+            fill_smoothed(&mut self.rows, &smoothed, axis, calibration);
         }
         Ok(RunOutcome {
             size_px,

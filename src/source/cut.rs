@@ -57,17 +57,20 @@ impl Cut {
 
 impl FrameSource for Cut {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        while self.next < self.range.first {
-            self.next += 1;
-            if !self.whole.skip_frame() {
-                self.next = usize::MAX;
-            }
+        if self.next < self.range.first {
+            self.skip(0);
         }
         if self.range.end.is_some_and(|end| self.next >= end) {
             return None;
         }
         self.next = self.next.saturating_add(1);
         self.whole.next_frame()
+    }
+
+    fn skip(&mut self, frames: usize) {
+        let to = self.next.max(self.range.first).saturating_add(frames);
+        self.whole.skip(to - self.next);
+        self.next = to;
     }
 
     fn frame_count(&self) -> Option<usize> {

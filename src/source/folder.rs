@@ -70,8 +70,8 @@ impl FrameSource for Folder {
         self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
-    fn skip_frame(&mut self) -> bool {
-        self.files.pop_front().is_some()
+    fn skip(&mut self, frames: usize) {
+        self.files.drain(..frames.min(self.files.len()));
     }
 
     fn frame_count(&self) -> Option<usize> {

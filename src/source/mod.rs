@@ -63,9 +63,13 @@ impl From<f64> for Period {
 pub trait FrameSource: Send {
     /// The next frame; none at the end.
     fn next_frame(&mut self) -> Option<SourceFrame>;
-    /// Leaves a frame out; false at the end.
-    fn skip_frame(&mut self) -> bool {
-        self.next_frame().is_some()
+    /// Passes over so many frames.
+    fn skip(&mut self, frames: usize) {
+        for _ in 0..frames {
+            if self.next_frame().is_none() {
+                break;
+            }
+        }
     }
     /// Number of frames, where it is known.
     fn frame_count(&self) -> Option<usize>;
@@ -239,6 +243,12 @@ pub struct SizeCheck {
 }
 
 impl SizeCheck {
+    /// A check of a recording whose size is known.
+    #[must_use]
+    pub const fn of(size_px: (usize, usize)) -> Self {
+        Self { expected_px: Some(size_px) }
+    }
+
     /// The frame again, its picture replaced by [`FrameError::OtherSize`] when it is not of the first one's size.
     pub fn admit(&mut self, frame: SourceFrame) -> SourceFrame {
         self.admit_sized(frame, |picture| (picture.width_px(), picture.height_px()))

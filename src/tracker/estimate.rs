@@ -51,6 +51,21 @@ impl SeamEstimate {
             std_across_px: self.std_across_px * view.picture_px(),
         }
     }
+
+    /// Between this estimate of the seam and `other`, `weight` of the way. Both may rest on the same frames, so that their
+    /// mean is no surer than they are.
+    #[must_use]
+    pub fn blended(&self, other: &Self, weight: f64) -> Self {
+        let mean = |a: f64, b: f64| a + weight * (b - a);
+        Self {
+            centre: PixelPoint::new(
+                mean(self.centre.u_px, other.centre.u_px),
+                mean(self.centre.v_px, other.centre.v_px),
+            ),
+            std_px: mean(self.std_px, other.std_px),
+            std_across_px: mean(self.std_across_px, other.std_across_px),
+        }
+    }
 }
 
 /// What became of the frame's measurement.

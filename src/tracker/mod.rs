@@ -41,6 +41,7 @@ pub use session::{FROZEN_AFTER_BEATS, Session, SessionSettings};
 use crate::imgproc::{MedianError, SeamRoi};
 use crate::kalman::{InnovationNotPositive, InvalidParameter, SeriesError};
 use crate::kcf::KcfError;
+use crate::units::PixelRect;
 
 /// Which method follows the seam.
 #[derive(Debug, Clone, PartialEq)]
@@ -76,6 +77,15 @@ pub enum TrackerError {
         first: (usize, usize),
         /// Columns and rows of this one.
         now: (usize, usize),
+    },
+    /// Nothing of the picture lies in the part that is to be looked at.
+    #[error("the part to look at, {} x {} pixels from ({}, {}), lies outside the picture of {} x {} pixels",
+        roi.width_px, roi.height_px, roi.u_px, roi.v_px, picture.0, picture.1)]
+    Roi {
+        /// The part.
+        roi: PixelRect,
+        /// Columns and rows of the picture.
+        picture: (usize, usize),
     },
 }
 

@@ -1,7 +1,7 @@
 //! Which way the stripe runs.
 
 use crate::frame::GrayFrame;
-use crate::imgproc::{CentrelineSettings, extract_centreline};
+use crate::imgproc::{CentrelineSettings, extract_centreline, stripes};
 use crate::units::StripeAxis;
 
 /// Least number of columns that a stripe covers smoothly.
@@ -23,7 +23,20 @@ pub fn find_axis(frame: &GrayFrame) -> Option<StripeAxis> {
     } else {
         (StripeAxis::Vertical, vertical, horizontal)
     };
-    (more >= LEAST_SMOOTH_COLUMNS && more as f64 >= LEAST_DOMINANCE * less as f64).then_some(axis)
+    let is_clear = more >= LEAST_SMOOTH_COLUMNS && more as f64 >= LEAST_DOMINANCE * less as f64;
+    if is_clear { Some(axis) } else { axis_of_stripes(frame) }
+}
+
+/// The direction of short stripes in a large picture, which most columns and rows do not cross.
+fn axis_of_stripes(frame: &GrayFrame) -> Option<StripeAxis> {
+    let lit_px = |frame: &GrayFrame| stripes(frame).iter().map(|stripe| stripe.lit_px).sum::<f64>();
+    let (horizontal, vertical) = (lit_px(frame), lit_px(&frame.transposed()));
+    let clear = |more: f64, less: f64| more > LEAST_DOMINANCE * less;
+    match (clear(horizontal, vertical), clear(vertical, horizontal)) {
+        (true, _) => Some(StripeAxis::Horizontal),
+        (_, true) => Some(StripeAxis::Vertical),
+        _ => None,
+    }
 }
 
 fn smooth_columns(frame: &GrayFrame) -> usize {

@@ -7,9 +7,10 @@ use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::path::Memory;
-use super::session::{Follow, unseen, whole_picture};
+use super::session::{Follow, unseen};
+use super::view::{Field, View};
 use crate::frame::GrayFrame;
-use crate::imgproc::{CentrelineSettings, MedianKernel, SeedSettings, extract_centreline, find_seam_features, median};
+use crate::imgproc::{CentrelineSettings, MedianKernel, Raster, SeedSettings, extract_centreline, find_seam_features, median};
 use crate::kalman::{ColouredMeasurement, Gaussian};
 use crate::kcf::{Kcf, KcfSettings, Response};
 use crate::units::{PixelPoint, StripeAxis};
@@ -60,7 +61,7 @@ pub struct PaperTracker {
     seed_at: Option<PixelPoint>,
     joint: Option<JointDecision>,
     frame_number: usize,
-    axis: StripeAxis,
+    field: Field,
     state: State,
 }
 
@@ -83,7 +84,7 @@ impl PaperTracker {
             seed_at: None,
             joint: None,
             frame_number: 0,
-            axis: StripeAxis::Horizontal,
+            field: Field::whole(StripeAxis::Horizontal),
             state: State::Seeking,
         })
     }
@@ -168,12 +169,12 @@ impl Follow for PaperTracker {
         self.seed_at = Some(centre);
     }
 
-    fn step(&mut self, frame: &GrayFrame, axis: StripeAxis, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
-        self.axis = axis;
+        self.field = field;
         let estimate = self.follow(frame, tick)?;
         let memory = Memory { beats: tick.beats, ..Memory::NOTHING };
-        Ok(Estimate { memory, ..estimate }.in_picture(&whole_picture(axis)))
+        Ok(Estimate { memory, ..estimate }.in_picture(&View::new(field, Raster::PICTURE)))
     }
 
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError> {
@@ -186,7 +187,7 @@ impl Follow for PaperTracker {
             State::Following { filter, peak } => {
                 *filter = filter.predict(&self.settings.kalman.state_space(tick.seconds)?);
                 let seam = Some(seam(filter, peak.v_px));
-                Estimate { status: unseen(false), seam, ..missed }.in_picture(&whole_picture(self.axis))
+                Estimate { status: unseen(false), seam, ..missed }.in_picture(&View::new(self.field, Raster::PICTURE))
             }
         })
     }

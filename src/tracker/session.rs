@@ -1,14 +1,15 @@
 //! Frames in, estimates out, one at a time.
 
+use std::borrow::Cow;
+
 use super::clock::{Clock, Tick};
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, Status};
 use super::path::Memory;
-use super::view::View;
+use super::view::Field;
 use super::{Method, PaperTracker, RobustTracker, TrackerError, find_axis};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
-use crate::imgproc::Raster;
-use crate::units::{PixelPoint, StripeAxis};
+use crate::units::{PixelPoint, PixelRect, StripeAxis};
 
 /// For how long the same picture may come again before the camera must have stopped \[beats\]: recorders repeat pictures,
 /// since they are faster than their camera; those of real robots do so once, twice, not six times. Chosen.
@@ -25,13 +26,15 @@ pub struct SessionSettings {
     pub seed_at: Option<PixelPoint>,
     /// What a pixel is.
     pub sensor: Sensor,
+    /// The part of the picture that is looked at; all of it when none is given.
+    pub roi: Option<PixelRect>,
 }
 
 impl SessionSettings {
     /// By `method`, with all else found from the frames.
     #[must_use]
     pub const fn new(method: Method) -> Self {
-        Self { method, axis: None, seed_at: None, sensor: Sensor::Pixels }
+        Self { method, axis: None, seed_at: None, sensor: Sensor::Pixels, roi: None }
     }
 }
 
@@ -39,8 +42,8 @@ impl SessionSettings {
 pub trait Follow: Send {
     /// The user knows where the seam is in the next frame, given with the stripe along the rows.
     fn seed_at(&mut self, centre: PixelPoint);
-    /// One frame further, `axis` being how its stripe ran before it was turned.
-    fn step(&mut self, frame: &GrayFrame, axis: StripeAxis, tick: Tick) -> Result<Estimate, TrackerError>;
+    /// One frame further, turned and cut out of the picture as `field` says.
+    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError>;
     /// Time passes and nothing can be seen, for the reason `why`: the filter predicts.
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError>;
     /// Whether a picture that came before is to be looked at again.
@@ -57,6 +60,7 @@ pub struct Session {
     follow: Box<dyn Follow>,
     axis: Option<StripeAxis>,
     seed_at: Option<PixelPoint>,
+    roi: Option<PixelRect>,
     clock: Clock,
     previous: Option<GrayFrame>,
     last: Estimate,
@@ -81,6 +85,7 @@ impl Session {
             follow,
             axis: settings.axis,
             seed_at: settings.seed_at,
+            roi: settings.roi,
             clock: Clock::default(),
             previous: None,
             last: Estimate::seeking(Observation::NoStripe),
@@ -154,17 +159,22 @@ impl Session {
         Ok(self.last)
     }
 
-    fn look(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn look(&mut self, picture: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
+        let frame = match self.roi {
+            None => Cow::Borrowed(picture),
+            Some(roi) => Cow::Owned(picture.cropped(roi).ok_or(TrackerError::Roi { roi, picture: size_px(picture) })?),
+        };
         if self.axis.is_none() {
-            self.axis = find_axis(frame);
+            self.axis = find_axis(&frame);
         }
         let Some(axis) = self.axis else { return self.follow.miss(tick, Observation::NoStripe) };
+        let field = Field { axis, origin_px: self.roi.map_or((0, 0), |roi| (roi.u_px, roi.v_px)) };
         if let Some(centre) = self.seed_at.take() {
-            self.follow.seed_at(axis.stripe_from_image(centre));
+            self.follow.seed_at(field.field_from_picture(centre));
         }
         match axis {
-            StripeAxis::Horizontal => self.follow.step(frame, axis, tick),
-            StripeAxis::Vertical => self.follow.step(&frame.transposed(), axis, tick),
+            StripeAxis::Horizontal => self.follow.step(&frame, field, tick),
+            StripeAxis::Vertical => self.follow.step(&frame.transposed(), field, tick),
         }
     }
 
@@ -178,11 +188,6 @@ impl Session {
 /// Columns and rows.
 const fn size_px(frame: &GrayFrame) -> (usize, usize) {
     (frame.width_px(), frame.height_px())
-}
-
-/// The view of a whole picture whose stripe runs along `axis`.
-pub const fn whole_picture(axis: StripeAxis) -> View {
-    View::new(axis, Raster::PICTURE)
 }
 
 /// The status of a seam that was followed when time passed unseen.

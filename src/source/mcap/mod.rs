@@ -121,18 +121,26 @@ fn median_step_s(stamps_ns: &[u64]) -> Option<f64> {
     steps.get(steps.len() / 2).map(|&step_ns| step_ns as f64 * 1e-9).filter(|step_s| *step_s > 0.0)
 }
 
+impl Mcap {
+    /// The next message of the topic, or the error that ends the log.
+    fn next_message(&mut self) -> Option<Result<Message<'static>, McapError>> {
+        let topic = &self.topic;
+        let is_wanted = |message: &Result<Message<'static>, McapError>| {
+            message.as_ref().map_or(true, |message| is_from(message, topic))
+        };
+        self.messages.find(is_wanted)
+    }
+}
+
 impl DecodedSource for Mcap {
     fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
         if self.ended {
             return None;
         }
         let file = format!("{}[{}]", self.name, self.next);
-        let topic = &self.topic;
-        let found = self
-            .messages
-            .find(|message| message.as_ref().is_ok_and(|message| is_from(message, topic)) || message.is_err())?;
+        let message = self.next_message()?;
         self.next += 1;
-        let (time_s, picture) = match found {
+        let (time_s, picture) = match message {
             Ok(message) => {
                 self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9;
                 (self.last_s, decode(&message, &file))
@@ -152,6 +160,17 @@ impl FrameSource for Mcap {
     fn next_frame(&mut self) -> Option<SourceFrame> {
         let scale = self.scale;
         self.next_decoded().map(|frame| frame.in_gray(scale))
+    }
+
+    fn skip(&mut self, frames: usize) {
+        for _ in 0..frames {
+            match self.next_message() {
+                Some(Ok(message)) => self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9,
+                Some(Err(_)) => self.ended = true,
+                None => break,
+            }
+            self.next += 1;
+        }
     }
 
     fn frame_count(&self) -> Option<usize> {

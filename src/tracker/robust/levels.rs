@@ -49,11 +49,6 @@ impl Levels {
         Self { levels: COARSENESS.map(level).into() }
     }
 
-    /// Looks for nothing.
-    pub const fn none() -> Self {
-        Self { levels: vec![] }
-    }
-
     /// The user knows where the seam is in the next frame.
     pub fn seed_at(&mut self, centre: PixelPoint) {
         for (raster, seeker) in &mut self.levels {

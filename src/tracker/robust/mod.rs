@@ -4,7 +4,7 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `levels`, `seek`, `seed`, `classify` | finds the joint and its kind in whole frames, in the raster that fits it |
+//! | `places`, `levels`, `seek`, `seed`, `classify` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
 //! | `doubt` | whether the joint asked for is the joint seen |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
@@ -23,6 +23,7 @@ mod judge;
 mod levels;
 pub(super) mod noise;
 mod part;
+mod places;
 mod roughness;
 mod seed;
 mod seek;
@@ -33,19 +34,20 @@ use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
 pub use self::part::{Part, Parts};
+use self::places::Places;
 use self::seek::Found;
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
 use super::path::{Event, Memory, REMEMBERED};
 use super::session::{Follow, unseen};
-use super::view::View;
+use super::view::{Field, View};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{MedianKernel, median};
 use crate::kcf::{Kcf, KcfSettings};
-use crate::units::{PixelPoint, StripeAxis};
+use crate::units::PixelPoint;
 
 /// The numbers of the robust method.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,7 +79,7 @@ impl Default for RobustSettings {
 /// What the tracker is doing.
 enum Phase {
     /// No joint is known: any that the settings allow is sought in whole frames.
-    Seeking(Levels),
+    Seeking(Places),
     /// A joint is followed near its prediction.
     Following(Box<Following>),
     /// It was lost, and is sought in the whole frame as it was known.
@@ -115,7 +117,7 @@ impl RobustTracker {
             kcf: Kcf::new(settings.kcf)?,
             settings: settings.clone(),
             sensor,
-            phase: Phase::Seeking(Levels::new(settings, true)),
+            phase: Phase::Seeking(Places::new(settings, true)),
             joint: None,
             doubter: settings.joint.map(|_| Doubter::new(settings)),
             seen: None,
@@ -124,10 +126,10 @@ impl RobustTracker {
         })
     }
 
-    fn seek(&mut self, frame: &GrayFrame, axis: StripeAxis, beats: f64) -> Result<Estimate, TrackerError> {
-        let Phase::Seeking(levels) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
-        let (raster, found) = levels.look(frame);
-        self.begin(frame, View::new(axis, raster), found, beats)
+    fn seek(&mut self, frame: &GrayFrame, field: Field, beats: f64) -> Result<Estimate, TrackerError> {
+        let Phase::Seeking(places) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
+        let (part, raster, found) = places.look(frame);
+        self.begin(frame, View::of_part(field, part, raster), found, beats)
     }
 
     /// Begins to follow what was found.
@@ -181,7 +183,7 @@ impl RobustTracker {
     }
 
     /// Whether another joint shows where the one that is followed should be, or anywhere once that is lost.
-    fn rival(&mut self, frame: &GrayFrame, axis: StripeAxis) -> Option<(View, Found)> {
+    fn rival(&mut self, frame: &GrayFrame) -> Option<(View, Found)> {
         let (following, is_lost) = match &self.phase {
             Phase::Following(following) => (following, false),
             Phase::Searching(following) => (following, true),
@@ -192,10 +194,12 @@ impl RobustTracker {
             return None;
         }
         let rival = self.rival.get_or_insert_with(|| Levels::rival(&self.settings));
-        let (raster, found) = rival.look(frame);
+        let part = following.view().part_of(frame)?;
+        let (raster, found) = rival.look(&part);
         let Found::Joint { seed, .. } = &found else { return None };
-        let view = View::new(axis, raster);
+        let view = following.view().in_raster(raster);
         let predicted = following.seam().in_picture(&following.view());
+        let axis = view.axis();
         let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
         let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
         (is_lost || is_near).then_some((view, found))
@@ -246,35 +250,43 @@ impl RobustTracker {
 
     fn go_on(&mut self, next: Next) {
         if next == Next::Seek {
-            self.phase = Phase::Seeking(Levels::new(&self.settings, false));
+            self.phase = Phase::Seeking(Places::new(&self.settings, false));
             return;
         }
-        let phase = std::mem::replace(&mut self.phase, Phase::Seeking(Levels::none()));
-        self.phase = match (phase, next) {
-            (Phase::Following(following) | Phase::Searching(following), Next::Follow) => Phase::Following(following),
-            (Phase::Following(following) | Phase::Searching(following), _) => Phase::Searching(following),
-            (seeking @ Phase::Seeking(_), _) => seeking,
+        let is_so = match &self.phase {
+            Phase::Following(_) => next == Next::Follow,
+            Phase::Searching(_) => next == Next::Search,
+            Phase::Seeking(_) => true,
+        };
+        if is_so {
+            return;
+        }
+        let phase = std::mem::replace(&mut self.phase, Phase::Seeking(Places::new(&self.settings, false)));
+        self.phase = match phase {
+            Phase::Following(following) => Phase::Searching(following),
+            Phase::Searching(following) => Phase::Following(following),
+            seeking @ Phase::Seeking(_) => seeking,
         };
     }
 }
 
 impl Follow for RobustTracker {
     fn seed_at(&mut self, centre: PixelPoint) {
-        if let Phase::Seeking(levels) = &mut self.phase {
-            levels.seed_at(centre);
+        if let Phase::Seeking(places) = &mut self.phase {
+            places.seed_at(centre);
         }
     }
 
-    fn step(&mut self, frame: &GrayFrame, axis: StripeAxis, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
         let kernel = if self.settings.parts.has(Part::Median) { MedianKernel::Three } else { MedianKernel::Off };
         let frame = median(frame, kernel)?;
         self.doubt(&frame);
         match self.phase {
-            Phase::Seeking(_) => self.seek(&frame, axis, tick.beats),
+            Phase::Seeking(_) => self.seek(&frame, field, tick.beats),
             Phase::Following(_) | Phase::Searching(_) => {
                 let estimate = self.follow(Ok(&frame), tick)?;
-                match (self.rival(&frame, axis), &mut self.phase) {
+                match (self.rival(&frame), &mut self.phase) {
                     (None, _) => Ok(estimate),
                     (Some((view, Found::Joint { seed, reason, doubt, .. })), Phase::Following(following))
                         if view == following.view() =>
@@ -295,8 +307,8 @@ impl Follow for RobustTracker {
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
         match &mut self.phase {
-            Phase::Seeking(levels) => {
-                levels.miss();
+            Phase::Seeking(places) => {
+                places.miss();
                 Ok(self.unseen(why, tick.beats))
             }
             Phase::Following(_) | Phase::Searching(_) => self.follow(Err(why), tick),

@@ -1,0 +1,162 @@
+//! Where in the picture a joint is looked for: along the stripe that stands out, and, when that carries none, along each
+//! of the stripes the picture shows.
+//!
+//! The light on a plate may fall on the table, a fixture or a second surface too, wider and brighter there. The brightest
+//! stripe is looked at first, in the whole picture; the others each in a part of it that holds no other.
+
+use std::collections::VecDeque;
+
+use super::RobustSettings;
+use super::levels::Levels;
+use super::seek::Found;
+use crate::frame::GrayFrame;
+use crate::imgproc::{Raster, Stripe, stripes};
+use crate::units::{PixelPoint, PixelRect};
+
+/// Frames looked at in vain before the stripes are looked at one by one. Chosen: a joint with edges or a corner is found
+/// within ten.
+const PATIENCE_FRAMES: usize = 10;
+/// Stripes are those that stay: of so many frames in a row, they show in at least so many. Chosen: spatter and glare do not.
+const RECENT_FRAMES: usize = 8;
+const LEAST_FRAMES: usize = 5;
+/// Stripes that are looked at one by one, at most. Chosen: the plate's, and two reflections.
+const MOST_STRIPES: usize = 3;
+/// Room round a stripe, as a share of its length: a joint near its end, a stripe that moves. Chosen.
+const ROOM: f64 = 0.25;
+/// A part that found nothing for so long is looked for anew \[frames\]: the stripe may have left it.
+const RENEWED_FRAMES: usize = 60;
+
+/// Seekers of the whole field and, in time, of its stripes.
+pub struct Places {
+    settings: RobustSettings,
+    whole: Levels,
+    parts: Vec<(PixelRect, Levels)>,
+    recent: VecDeque<Vec<Stripe>>,
+    frames: usize,
+}
+
+impl Places {
+    /// Looks for the joint of the settings, or for any; `untouched` when no weld can have been begun.
+    pub fn new(settings: &RobustSettings, untouched: bool) -> Self {
+        Self {
+            settings: settings.clone(),
+            whole: Levels::new(settings, untouched),
+            parts: vec![],
+            recent: VecDeque::new(),
+            frames: 0,
+        }
+    }
+
+    /// The user knows where the seam is in the next frame.
+    pub fn seed_at(&mut self, centre: PixelPoint) {
+        self.whole.seed_at(centre);
+    }
+
+    /// A frame passes that cannot be looked at.
+    pub fn miss(&mut self) {
+        self.whole.miss();
+        self.parts.iter_mut().for_each(|(_, levels)| levels.miss());
+    }
+
+    /// Looks at the next frame: what was found, in which part of the field, and in which raster.
+    pub fn look(&mut self, frame: &GrayFrame) -> (Option<PixelRect>, Raster, Found) {
+        let (raster, found) = self.whole.look(frame);
+        if !matches!(found, Found::Nothing { .. }) {
+            return (None, raster, found);
+        }
+        self.frames += 1;
+        self.divide(frame);
+        for (part, levels) in &mut self.parts {
+            let Some(frame) = frame.cropped(*part) else { continue };
+            let (raster, found) = levels.look(&frame);
+            if !matches!(found, Found::Nothing { .. }) {
+                return (Some(*part), raster, found);
+            }
+        }
+        (None, raster, found)
+    }
+
+    /// Finds the field's stripes, once it is time to look at them one by one.
+    fn divide(&mut self, frame: &GrayFrame) {
+        let is_due = self.parts.is_empty() && self.frames > PATIENCE_FRAMES - RECENT_FRAMES;
+        let is_renewed = self.frames.is_multiple_of(RENEWED_FRAMES);
+        if !(is_due || is_renewed) {
+            return;
+        }
+        if is_renewed {
+            self.parts.clear();
+        }
+        self.recent.push_back(stripes(frame));
+        if self.recent.len() < RECENT_FRAMES {
+            return;
+        }
+        let parts = parts(&self.recent, frame);
+        self.recent.clear();
+        let fresh = |part| (part, Levels::new(&self.settings, false));
+        self.parts = parts.into_iter().map(fresh).collect();
+    }
+}
+
+/// A part of the field for each of its lasting stripes; none where there is but one.
+fn parts(recent: &VecDeque<Vec<Stripe>>, frame: &GrayFrame) -> Vec<PixelRect> {
+    let mut lasting: Vec<Lasting> = vec![];
+    for stripe in recent.iter().flatten() {
+        match lasting.iter_mut().find(|known| known.is_of(stripe)) {
+            Some(known) => known.take(stripe),
+            None => lasting.push(Lasting { bounds: stripe.bounds, frames: 1 }),
+        }
+    }
+    lasting.retain(|stripe| stripe.frames >= LEAST_FRAMES);
+    if lasting.len() < 2 {
+        return vec![];
+    }
+    let part = |stripe: &Lasting| stripe.part(&lasting, frame);
+    lasting.iter().take(MOST_STRIPES).map(part).collect()
+}
+
+/// A stripe that shows in several frames.
+struct Lasting {
+    bounds: PixelRect,
+    frames: usize,
+}
+
+impl Lasting {
+    /// Whether it shows again: as far across the field as its own length lets it be.
+    fn is_of(&self, stripe: &Stripe) -> bool {
+        let (a, b) = (self.bounds, stripe.bounds);
+        let share_columns = a.u_px < b.u_end_px() && b.u_px < a.u_end_px();
+        let apart_px = a.v_px.max(b.v_px).saturating_sub(a.v_end_px().min(b.v_end_px()));
+        share_columns && apart_px <= ROOM_ACROSS_PX
+    }
+
+    fn take(&mut self, stripe: &Stripe) {
+        let (a, b) = (self.bounds, stripe.bounds);
+        let (u_px, v_px) = (a.u_px.min(b.u_px), a.v_px.min(b.v_px));
+        let (width_px, height_px) = (a.u_end_px().max(b.u_end_px()) - u_px, a.v_end_px().max(b.v_end_px()) - v_px);
+        self.bounds = PixelRect { u_px, v_px, width_px, height_px };
+        self.frames += 1;
+    }
+
+    /// The stripe with room round it, up to half of the way to the next one.
+    fn part(&self, others: &[Self], frame: &GrayFrame) -> PixelRect {
+        let own = self.bounds;
+        let room_px = (ROOM * own.width_px as f64) as usize;
+        let mut top = own.v_px.saturating_sub(room_px);
+        let mut bottom = (own.v_end_px() + room_px).min(frame.height_px());
+        for other in others.iter().map(|other| other.bounds).filter(|other| *other != own) {
+            let share_columns = other.u_px < own.u_end_px() + room_px && own.u_px < other.u_end_px() + room_px;
+            if share_columns && other.v_end_px() <= own.v_px {
+                top = top.max(other.v_end_px().midpoint(own.v_px));
+            }
+            if share_columns && other.v_px >= own.v_end_px() {
+                bottom = bottom.min(own.v_end_px().midpoint(other.v_px));
+            }
+        }
+        let u_px = own.u_px.saturating_sub(room_px);
+        let width_px = (own.u_end_px() + room_px).min(frame.width_px()) - u_px;
+        PixelRect { u_px, v_px: top, width_px, height_px: bottom - top }
+    }
+}
+
+/// How far a stripe may move across the field over the frames that are compared \[px\]. Chosen: twice its own thickness.
+const ROOM_ACROSS_PX: usize = 8;
