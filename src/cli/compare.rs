@@ -43,7 +43,7 @@ impl Compare {
         write_comparison(&self.output, &runs, &rows, DEFAULT_MAX_BYTES)?;
         let text = match rows.as_slice() {
             [] => availability_lines(&runs).join("\n") + "\n",
-            rows => text_table(rows),
+            rows => text_table(rows, runs[0].unit()),
         };
         say::tell(&format!("wrote {page}"));
         say::print(&text.lines().map(|line| say::plain(line) + "\n").collect::<String>())?;

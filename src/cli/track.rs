@@ -8,7 +8,7 @@ use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use rayon::prelude::*;
-use seamtrack::calib::Origin;
+use seamtrack::calib::{KnownSensor, Origin};
 use seamtrack::config::{Config, Joint, Preset, Stripe};
 use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::export::{Exports, write_exports};
@@ -31,7 +31,7 @@ use super::troubles::Troubles;
 use super::truth::Truth;
 use super::{manifest, say};
 
-/// Find the seam in each frame of a recording and estimate its path in millimetres
+/// Find the seam in each frame of a recording and estimate its path, in millimetres where a scale or a calibration is given
 #[derive(Debug, Args)]
 pub struct Track {
     /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs or videos
@@ -61,9 +61,12 @@ pub struct Track {
     /// The seam in the first frame, if you know better than the seed
     #[arg(long, value_name = "U,V", value_parser = parse_point)]
     seed_at: Option<PixelPoint>,
-    /// Scale along the stripe
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    /// One scale along the stripe [mm/px]; without this and --calibration the path is in pixels
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "calibration")]
     mm_per_px: Option<MmPerPx>,
+    /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
     #[arg(long, default_value = "first")]
     origin: Origin,
@@ -131,12 +134,16 @@ impl Track {
     /// Tracks every recording; the worst exit code wins.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
+        let known = self.calibration.as_deref().map_or_else(|| Ok(config.sensor()), KnownSensor::read)?;
+        if self.tum && !known.sensor.has_millimetres() {
+            bail!("--tum writes metres: give --mm-per-px or --calibration");
+        }
         let jobs = self.job_list()?;
         let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
-        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).collect();
+        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).chain(&self.calibration).collect();
         places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let done = self.track_one(job, &config, true)?;
+            let done = self.track_one(job, (&config, &known), true)?;
             say::print(&done.text).context("the results are written, but")?;
             return Ok(exit_code(done.available));
         }
@@ -145,8 +152,9 @@ impl Track {
         let threads = usize::from(self.jobs).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let results: Vec<anyhow::Result<(bool, anyhow::Result<()>)>> = pool.install(|| {
-            let tracked =
-                |job| self.track_one(job, &config, false).map(|done| (done.available, say::print(&done.text)));
+            let tracked = |job| {
+                self.track_one(job, (&config, &known), false).map(|done| (done.available, say::print(&done.text)))
+            };
             jobs.par_iter().map(tracked).collect()
         });
         wait_if_ending();
@@ -177,7 +185,7 @@ impl Track {
         config.preset = self.preset.unwrap_or(config.preset);
         config.joint = self.joint.unwrap_or(config.joint);
         config.stripe = self.stripe.unwrap_or(config.stripe);
-        config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
+        config.mm_per_px = self.mm_per_px.or(config.mm_per_px);
         config.period_s = self.period.unwrap_or(config.period_s);
         config.speed_mm_s = self.speed.or(config.speed_mm_s);
         config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
@@ -214,7 +222,7 @@ impl Track {
     }
 
     /// Tracks one recording.
-    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Done> {
+    fn track_one(&self, job: &Job, (config, known): (&Config, &KnownSensor), alone: bool) -> anyhow::Result<Done> {
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
         let source = seamtrack::source::open(&job.input, self.period(config))?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
@@ -226,7 +234,7 @@ impl Track {
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
-        let outcome = seamtrack::run::track(source, config, self.origin, |seen| {
+        let outcome = seamtrack::run::track(source, config, known, self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
@@ -240,16 +248,17 @@ impl Track {
         troubles.end();
         let outcome = if alone { outcome.with_context(|| job.input.display().to_string())? } else { outcome? };
 
-        let errors = match (&truth, outcome.axis) {
-            (Some((file, truth)), Some(axis)) => {
-                let table = error_table(&outcome.rows, &truth.rows, axis, config.mm_per_px);
+        let errors = match (&truth, &outcome.ruler) {
+            (Some((file, truth)), Some(ruler)) => {
+                let table = error_table(&outcome.rows, &truth.rows, ruler);
                 truth.tell_if_short(file, outcome.rows.len());
                 Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
             }
             _ => None,
         };
         let input = job.input.to_string_lossy();
-        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
+        let summary =
+            seamtrack::run::summarise(&outcome, (&input, kind), (config, known), self.max_unavailable, errors)?;
         write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         write_summary(&folder.path().join("summary.json"), &summary)?;
         if let Some((_, truth)) = &truth {

@@ -3,6 +3,7 @@
 use super::results::Estimator;
 use super::run::Run;
 use super::table::{TableRow, error_rows};
+use crate::units::LengthUnit;
 
 /// Why runs cannot be compared.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
@@ -26,9 +27,21 @@ pub enum CompareError {
         /// Its frame size.
         other_size: String,
     },
+    /// One run is in millimetres, another in pixels.
+    #[error("{first} is in {first_unit}, {other} in {other_unit}: track both with the same scale")]
+    DifferentUnits {
+        /// Directory of the first run.
+        first: String,
+        /// Its unit.
+        first_unit: LengthUnit,
+        /// Directory of the other run.
+        other: String,
+        /// Its unit.
+        other_unit: LengthUnit,
+    },
 }
 
-/// Check that all runs saw frames of one number, size and names.
+/// Check that all runs saw frames of one number, size and names, and have one unit.
 ///
 /// # Errors
 /// [`CompareError`] naming the first run that does not fit.
@@ -37,7 +50,7 @@ pub fn check_same_recording(runs: &[Run]) -> Result<(), CompareError> {
     let names = |run: &Run| run.rows.iter().map(|row| row.file.clone()).collect::<Vec<_>>();
     let Some((first, others)) = runs.split_first() else { return Ok(()) };
     match others.iter().find(|other| size(other) != size(first) || names(other) != names(first)) {
-        None => Ok(()),
+        None => check_same_unit(first, others),
         Some(other) => Err(CompareError::DifferentRecordings {
             first: first.dir.display().to_string(),
             first_frames: first.rows.len(),
@@ -47,6 +60,17 @@ pub fn check_same_recording(runs: &[Run]) -> Result<(), CompareError> {
             other_size: size(other),
         }),
     }
+}
+
+fn check_same_unit(first: &Run, others: &[Run]) -> Result<(), CompareError> {
+    others.iter().find(|other| other.unit() != first.unit()).map_or(Ok(()), |other| {
+        Err(CompareError::DifferentUnits {
+            first: first.dir.display().to_string(),
+            first_unit: first.unit(),
+            other: other.dir.display().to_string(),
+            other_unit: other.unit(),
+        })
+    })
 }
 
 /// Call runs by their whole path where the last part is the same.
@@ -73,7 +97,7 @@ pub fn comparison_rows(runs: &[Run]) -> Vec<TableRow> {
 #[must_use]
 pub fn availability_lines(runs: &[Run]) -> Vec<String> {
     let line = |run: &Run| {
-        let known = run.position_mm(Estimator::Filtered, 0.0).iter().flatten().count();
+        let known = run.rows.iter().filter_map(|row| row.point(Estimator::Filtered)).count();
         format!("{}: a value on {known} of {} frames", run.name, run.rows.len())
     };
     runs.iter().map(line).collect()

@@ -4,9 +4,10 @@ use serde::{Serialize, Serializer};
 
 use super::marks::FrameMarks;
 use super::results::{Estimator, PathRow};
-use super::run::{Run, difference};
+use super::run::Run;
 use super::verdict::NIS_95;
 use super::worst::worst_frames;
+use crate::calib::Ruler;
 use crate::units::PixelPoint;
 
 /// The data of one page; serialised into it as JSON.
@@ -67,7 +68,6 @@ pub(super) struct Viewer {
     pub height: usize,
     /// Length of the stripe mark's own axis: horizontal or vertical.
     pub axis: String,
-    pub mm_per_px: f64,
     pub points: Vec<Points>,
     pub images: Vec<Image>,
 }
@@ -126,7 +126,7 @@ const PX_DECIMALS: i32 = 2;
 /// The page of one run.
 pub(super) fn single(run: &Run) -> PageModel {
     let limits = run.summary.limits;
-    let worst_error = run.error_mm(Estimator::Filtered).unwrap_or_default();
+    let worst_error = run.error(Estimator::Filtered).unwrap_or_default();
     let mut charts = vec![path_chart(run)];
     charts.extend(error_chart(run));
     charts.push(Chart {
@@ -149,7 +149,7 @@ pub(super) fn single(run: &Run) -> PageModel {
         ribbons: vec![ribbon(run)],
         charts,
         viewer: viewer(run, marks.collect()),
-        worst: worst_frames(&run.rows, &worst_error).into_iter().map(|w| (w.frame, w.reason)).collect(),
+        worst: worst_frames(&run.rows, &worst_error, run.unit()).into_iter().map(|w| (w.frame, w.reason)).collect(),
         ..frame_axis(run)
     }
 }
@@ -158,21 +158,24 @@ pub(super) fn single(run: &Run) -> PageModel {
 /// the stored frames.
 pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
     let first = runs.first()?;
-    let origin_px = first.origin_px();
+    let (unit, origin) = (first.unit().name(), first.ruler().origin);
+    let from_there = |run: &Run| Ruler { origin, ..run.ruler() };
     let look = |index: usize| format!("run{}", index % 6);
     let named = |of: &dyn Fn(&Run) -> Vec<Option<f64>>, decimals| -> Vec<Series> {
         runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
     };
-    let mut path = named(&|run| run.position_mm(Estimator::Filtered, origin_px), MM_DECIMALS);
+    let mut path = named(&|run| run.position(Estimator::Filtered, &from_there(run)), MM_DECIMALS);
     let judge = runs.iter().find(|run| run.truth_px.is_some());
     path.extend(
-        judge.and_then(|run| run.true_position_mm(origin_px)).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
+        judge
+            .and_then(|run| run.true_position(&from_there(run)))
+            .map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
     );
-    let mut charts = vec![Chart { series: path, ..chart("path", "Filtered path", "mm", 3) }];
+    let mut charts = vec![Chart { series: path, ..chart("path", "Filtered path", unit, 3) }];
     if let Some(truth_px) = judge.and_then(|run| run.truth_px.as_ref()) {
-        let error = |run: &Run| run.error_against_mm(Estimator::Filtered, truth_px);
+        let error = |run: &Run| run.error_against(Estimator::Filtered, truth_px);
         let series = named(&error, MM_DECIMALS);
-        charts.push(Chart { histogram: true, series, ..chart("error", "Error of the filtered path", "mm", 3) });
+        charts.push(Chart { histogram: true, series, ..chart("error", "Error of the filtered path", unit, 3) });
     }
     charts.push(Chart {
         series: named(&|run| column(run, |row| row.psr), 2),
@@ -187,9 +190,9 @@ pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
         worst: runs
             .iter()
             .flat_map(|run| {
-                let error = run.error_mm(Estimator::Filtered).unwrap_or_default();
+                let error = run.error(Estimator::Filtered).unwrap_or_default();
                 let name = run.name.clone();
-                let listed = worst_frames(&run.rows, &error).into_iter().take(8);
+                let listed = worst_frames(&run.rows, &error, run.unit()).into_iter().take(8);
                 listed.map(move |w| (w.frame, format!("{name}: {}", w.reason))).collect::<Vec<_>>()
             })
             .collect(),
@@ -211,45 +214,50 @@ fn frame_axis(run: &Run) -> PageModel {
 }
 
 fn path_chart(run: &Run) -> Chart {
-    let origin_px = run.origin_px();
-    let position = |estimator| run.position_mm(estimator, origin_px);
-    let two_sigma = |sigma: fn(&PathRow) -> Option<f64>| {
-        Some(Rounded::new(column(run, |row| sigma(row).map(|sigma| 2.0 * sigma)), MM_DECIMALS))
-    };
+    let ruler = run.ruler();
+    let position = |estimator| run.position(estimator, &ruler);
     let mut series = vec![
         Series { dots: true, fits: false, ..estimate(Estimator::Kcf, position(Estimator::Kcf)) },
-        Series { band: two_sigma(|row| row.x_std_mm), ..estimate(Estimator::Filtered, position(Estimator::Filtered)) },
+        Series { band: Some(two_sigma(run)), ..estimate(Estimator::Filtered, position(Estimator::Filtered)) },
         estimate(Estimator::Smoothed, position(Estimator::Smoothed)),
     ];
-    series.extend(run.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
+    series.extend(run.true_position(&ruler).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
     series.retain(Series::has_values);
-    Chart { series, ..chart("path", "Seam position with ±2σ", "mm", 3) }
+    Chart { series, ..chart("path", "Seam position with ±2σ", run.unit().name(), 3) }
+}
+
+/// Twice the filter's σ.
+fn two_sigma(run: &Run) -> Rounded {
+    let sigma = run.sigma(Estimator::Filtered).into_iter();
+    Rounded::new(sigma.map(|sigma| sigma.map(|sigma| 2.0 * sigma)).collect(), MM_DECIMALS)
 }
 
 /// The error against the truth; without one, the distance from the smoothed path; without that, none.
 fn error_chart(run: &Run) -> Option<Chart> {
-    let smoothed = run.position_mm(Estimator::Smoothed, 0.0);
-    let (title, reference) = match run.true_position_mm(0.0) {
-        Some(truth) => ("Error against the truth", truth),
-        None => ("Distance from the smoothed path", smoothed),
+    let smoothed = || -> Vec<Option<f64>> {
+        let axis = run.summary.calibration.stripe;
+        run.rows.iter().map(|row| row.along_px(Estimator::Smoothed, axis)).collect()
+    };
+    let (title, reference_px) = match &run.truth_px {
+        Some(truth_px) => ("Error against the truth", truth_px.clone()),
+        None => ("Distance from the smoothed path", smoothed()),
     };
     let judged = Estimator::ALL.into_iter().filter(|&e| run.truth_px.is_some() || e != Estimator::Smoothed);
     let mut series: Vec<Series> = judged
         .map(|e| Series {
             dots: e == Estimator::Kcf,
             fits: e != Estimator::Kcf,
-            ..estimate(e, difference(&run.position_mm(e, 0.0), &reference))
+            ..estimate(e, run.error_against(e, &reference_px))
         })
         .collect();
     series.retain(Series::has_values);
     if series.is_empty() {
         return None;
     }
-    let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
-    let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
-    let band = Some(Rounded::new(band, MM_DECIMALS));
-    series.push(Series { band, ..curve("±2σ", "sigma", zero, 0) });
-    Some(Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
+    let band = two_sigma(run);
+    let zero = band.values.iter().map(|half| half.map(|_| 0.0)).collect();
+    series.push(Series { band: Some(band), ..curve("±2σ", "sigma", zero, 0) });
+    Some(Chart { histogram: true, series, ..chart("error", title, run.unit().name(), 3) })
 }
 
 impl Series {
@@ -304,7 +312,6 @@ fn viewer(run: &Run, points: Vec<Points>) -> Viewer {
         width: summary.input.width_px,
         height: summary.input.height_px,
         axis: summary.calibration.stripe.to_string(),
-        mm_per_px: summary.calibration.mm_per_px.get(),
         points,
         images: Vec::new(),
     }

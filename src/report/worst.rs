@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 
 use super::results::{PathRow, Status};
 use super::verdict::NIS_95;
+use crate::units::LengthUnit;
 
 /// Entries of one reason in the list.
 const ENTRIES: usize = 8;
@@ -19,10 +20,10 @@ pub struct WorstFrame {
     pub reason: String,
 }
 
-/// Frames worth looking at, reason by reason: losses and gaps (the longest first), largest error if `error_mm` is
-/// known, largest NIS above [`NIS_95`], lowest PSR.
+/// Frames worth looking at, reason by reason: losses and gaps (the longest first), the largest of `errors` if they
+/// are known, largest NIS above [`NIS_95`], lowest PSR.
 #[must_use]
-pub fn worst_frames(rows: &[PathRow], error_mm: &[Option<f64>]) -> Vec<WorstFrame> {
+pub fn worst_frames(rows: &[PathRow], errors: &[Option<f64>], unit: LengthUnit) -> Vec<WorstFrame> {
     let mut list = Vec::new();
     let mut episodes = episodes(rows);
     episodes.sort_by_key(|&(status, first, length)| (status != Status::Lost, std::cmp::Reverse(length), first));
@@ -30,8 +31,8 @@ pub fn worst_frames(rows: &[PathRow], error_mm: &[Option<f64>]) -> Vec<WorstFram
         let plural = if length == 1 { "" } else { "s" };
         WorstFrame { frame: first, reason: format!("{status} for {length} frame{plural}") }
     }));
-    let errors = error_mm.iter().map(|error| error.map(f64::abs));
-    list.extend(largest(errors).map(|(frame, mm)| WorstFrame { frame, reason: format!("error {mm:.3} mm") }));
+    let errors = errors.iter().map(|error| error.map(f64::abs));
+    list.extend(largest(errors).map(|(frame, error)| WorstFrame { frame, reason: format!("error {error:.3} {unit}") }));
     let nis = rows.iter().map(|row| row.nis.filter(|&nis| nis > NIS_95));
     list.extend(largest(nis).map(|(frame, nis)| WorstFrame { frame, reason: format!("NIS {nis:.1}") }));
     let psr = rows.iter().map(|row| row.psr.map(|psr| -psr));
@@ -78,7 +79,7 @@ mod tests {
         for (frame, nis) in [(30, 9.0), (31, 8.0), (50, 7.0)] {
             rows[frame].nis = Some(nis);
         }
-        let list: Vec<_> = worst_frames(&rows, &[]).into_iter().map(|w| (w.frame, w.reason)).collect();
+        let list: Vec<_> = worst_frames(&rows, &[], LengthUnit::Mm).into_iter().map(|w| (w.frame, w.reason)).collect();
         let expected = [(12, "lost for 8 frames"), (10, "coasting for 2 frames"), (30, "NIS 9.0"), (50, "NIS 7.0")];
         assert_eq!(list, expected.map(|(frame, reason)| (frame, reason.to_owned())));
     }

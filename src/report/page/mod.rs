@@ -16,9 +16,11 @@ use super::head::head;
 use super::model::{PageModel, image, several, single};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
-use super::table::{HEADS, TableRow, error_rows};
+use super::table::{TableRow, error_rows, heads};
 use super::thumbnails::Thumbnail;
 use super::verdict::{Verdict, verdict};
+use crate::eval::wrong_limit;
+use crate::units::LengthUnit;
 
 /// Default limit of a page's size \[bytes\].
 pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
@@ -42,7 +44,7 @@ pub fn write_report(path: &Path, run: &Run, max_bytes: usize) -> Result<(), Resu
         (headline(&verdict, &summary.input.path))
         (plots(true))
         section.details {
-            (figures(&error_rows(run)))
+            (figures(&error_rows(run), run.unit()))
             (timing(summary))
             (configuration(summary))
         }
@@ -63,7 +65,7 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
             ul.facts { @for run in runs { li { b { (run.name) } " " (verdict(run).sentence) } } }
         }
         (plots(false))
-        section.details { (figures(rows)) }
+        section.details { (figures(rows, runs.first().map_or(LengthUnit::Mm, Run::unit))) }
     };
     let thumbnails = runs.iter().map(|run| &run.thumbnails).find(|list| !list.is_empty());
     write_page(path, "comparison – seamtrack", model, thumbnails.map_or(&[], Vec::as_slice), &body, max_bytes)
@@ -152,7 +154,7 @@ pub(super) fn plots(single: bool) -> Markup {
     }
 }
 
-pub(super) fn figures(rows: &[TableRow]) -> Markup {
+pub(super) fn figures(rows: &[TableRow], unit: LengthUnit) -> Markup {
     html! {
         section.figures {
             h2 { "Errors along the stripe" }
@@ -161,14 +163,15 @@ pub(super) fn figures(rows: &[TableRow]) -> Markup {
             } @else {
                 div.scroll {
                     table {
-                        thead { tr { th {} @for head in HEADS { th scope="col" { (head) } } } }
+                        thead { tr { th {} @for head in heads(unit) { th scope="col" { (head) } } } }
                         tbody { @for row in rows {
                             tr { th scope="row" { (row.name) } @for cell in &row.cells { td { (cell) } } }
                         } }
                     }
                 }
                 p.note {
-                    "SD is that of the absolute error, as in the papers. Wrong: a valid value off by over 1 mm. "
+                    "SD is that of the absolute error, as in the papers. Wrong: a valid value off by over "
+                    (wrong_limit(unit)) ". "
                     "Unavailable: no value after the seam was first confirmed."
                 }
             }

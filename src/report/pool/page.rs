@@ -13,6 +13,7 @@ use crate::report::page::{DEFAULT_MAX_BYTES, plots, write_page};
 use crate::report::results::PathRow;
 use crate::report::thumbnails::read_thumbnails;
 use crate::report::worst::worst_frames;
+use crate::units::LengthUnit;
 
 const MM_DECIMALS: i32 = 5;
 /// 95 % of a χ² variable with two degrees of freedom: position and displacement.
@@ -115,17 +116,19 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
             width: summary.input.width_px,
             height: summary.input.height_px,
             axis: "horizontal".into(),
-            mm_per_px: calibration.mm_per_px.get(),
             points: vec![],
             images: vec![],
         },
-        worst: worst_frames(&path_rows, &[]).into_iter().map(|worst| (worst.frame, worst.reason)).collect(),
+        worst: worst_frames(&path_rows, &[], LengthUnit::Mm)
+            .into_iter()
+            .map(|worst| (worst.frame, worst.reason))
+            .collect(),
     }
 }
 
 fn figures(errors: &PoolErrors) -> maud::Markup {
     let lines = [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)];
-    let cells = |e: &Errors| [e.mae_mm, e.max_mm, e.std_mm, e.bias_mm].map(|mm| format!("{mm:.4}"));
+    let cells = |e: &Errors| [e.mae, e.max, e.std, e.bias].map(|mm| format!("{mm:.4}"));
     html! {
         section.figures {
             h2 { "Errors" }
