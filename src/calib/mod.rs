@@ -13,6 +13,7 @@ pub mod error;
 pub mod file;
 mod file_sections;
 pub mod guidance;
+pub mod hand_eye;
 pub mod interchange;
 pub mod intrinsics;
 mod known;

@@ -7,6 +7,8 @@ mod laser;
 mod pictures;
 mod scale;
 
+pub use laser::read_hand_eye;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;

@@ -24,6 +24,7 @@ use seamtrack::run::{RunOutcome, error_table};
 use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
+use super::base_frame::{BaseFrame, Robot};
 use super::drawing::Drawing;
 use super::places::{self, Places};
 use super::signals::wait_if_ending;
@@ -67,6 +68,8 @@ pub struct Track {
     /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    #[command(flatten)]
+    base_frame: BaseFrame,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
     #[arg(long, default_value = "first")]
     origin: Origin,
@@ -127,6 +130,14 @@ struct Done {
     text: String,
 }
 
+/// What all recordings of a call are tracked by.
+#[derive(Clone, Copy)]
+struct Measuring<'a> {
+    config: &'a Config,
+    known: &'a KnownSensor,
+    robot: Option<&'a Robot>,
+}
+
 /// Recordings tracked at a time for each processor: more only take memory from one another. Chosen.
 const THREADS_PER_PROCESSOR: usize = 4;
 
@@ -138,12 +149,18 @@ impl Track {
         if self.tum && !known.sensor.has_millimetres() {
             bail!("--tum writes metres: give --mm-per-px or --calibration");
         }
+        let robot = self.base_frame.robot(&known)?;
+        let measuring = Measuring { config: &config, known: &known, robot: robot.as_ref() };
         let jobs = self.job_list()?;
+        if robot.is_some() && jobs.len() > 1 {
+            bail!("--poses belongs to one recording: track each with its own");
+        }
         let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
-        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).chain(&self.calibration).collect();
+        let settings: Vec<&PathBuf> =
+            self.manifest.iter().chain(&self.config).chain(&self.calibration).chain(self.base_frame.files()).collect();
         places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let done = self.track_one(job, (&config, &known), true)?;
+            let done = self.track_one(job, &measuring, true)?;
             say::print(&done.text).context("the results are written, but")?;
             return Ok(exit_code(done.available));
         }
@@ -152,9 +169,8 @@ impl Track {
         let threads = usize::from(self.jobs).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
         let results: Vec<anyhow::Result<(bool, anyhow::Result<()>)>> = pool.install(|| {
-            let tracked = |job| {
-                self.track_one(job, (&config, &known), false).map(|done| (done.available, say::print(&done.text)))
-            };
+            let tracked =
+                |job| self.track_one(job, &measuring, false).map(|done| (done.available, say::print(&done.text)));
             jobs.par_iter().map(tracked).collect()
         });
         wait_if_ending();
@@ -222,7 +238,8 @@ impl Track {
     }
 
     /// Tracks one recording.
-    fn track_one(&self, job: &Job, (config, known): (&Config, &KnownSensor), alone: bool) -> anyhow::Result<Done> {
+    fn track_one(&self, job: &Job, measuring: &Measuring<'_>, alone: bool) -> anyhow::Result<Done> {
+        let Measuring { config, known, robot } = *measuring;
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
         let source = seamtrack::source::open(&job.input, self.period(config))?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
@@ -266,6 +283,9 @@ impl Track {
         }
         if self.trace {
             write_trace_csv(&folder.path().join("trace.csv"), &trace)?;
+        }
+        if let Some(robot) = robot {
+            robot.write(folder.path(), &outcome.rows, known)?;
         }
         thumbnails.write(folder.path())?;
         let run = Run::read(folder.path())?;
