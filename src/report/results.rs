@@ -210,6 +210,45 @@ path_row! {
     /// Whether the seam lies where stripes were seen when the sensor was calibrated.
     #[serde(default, deserialize_with = "empty_zero_or_one")]
     calibrated: Option<bool>, 0;
+    /// One σ of `gap_mm` \[mm\], ragged edges included.
+    #[serde(default)]
+    gap_std_mm: Option<f64>, MM;
+    /// Height of the plate behind the seam above that before it \[mm\].
+    #[serde(default)]
+    hi_lo_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    hi_lo_std_mm: Option<f64>, MM;
+    /// Between a groove's shoulders \[mm\].
+    #[serde(default)]
+    groove_width_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    groove_width_std_mm: Option<f64>, MM;
+    /// From a groove's plates down to where its flanks meet \[mm\].
+    #[serde(default)]
+    depth_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    depth_std_mm: Option<f64>, MM;
+    /// Between a groove's flanks, or a fillet's legs \[°\].
+    #[serde(default)]
+    opening_angle_deg: Option<f64>, MM;
+    /// One σ of it \[°\].
+    #[serde(default)]
+    opening_angle_std_deg: Option<f64>, MM;
+    /// Between the plates at the root: a square butt joint's gap \[mm\].
+    #[serde(default)]
+    root_opening_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    root_opening_std_mm: Option<f64>, MM;
+    /// Between a groove's flanks and its shoulders' line \[mm²\].
+    #[serde(default)]
+    area_mm2: Option<f64>, MM;
+    /// One σ of it \[mm²\].
+    #[serde(default)]
+    area_std_mm2: Option<f64>, MM;
     /// One σ of the filtered position along the stripe \[px\].
     #[serde(default)]
     along_std_px: Option<f64>, PX;
@@ -389,10 +428,14 @@ mod tests {
             lines[0],
             "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
              smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm,gap_px,gap_mm,mismatch_px,\
-             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm"
+             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm,\
+             lateral_mm,height_mm,lateral_std_mm,height_std_mm,calib_lateral_std_mm,calib_height_std_mm,calibrated,\
+             gap_std_mm,hi_lo_mm,hi_lo_std_mm,groove_width_mm,groove_width_std_mm,depth_mm,depth_std_mm,\
+             opening_angle_deg,opening_angle_std_deg,root_opening_mm,root_opening_std_mm,area_mm2,area_std_mm2,\
+             along_std_px,smooth_along_std_px"
         );
-        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,,,,,,,,,");
-        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,,,,,,,,,");
+        assert_eq!(lines[1], format!("0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000{}", ",".repeat(34)));
+        assert_eq!(lines[2], format!("1,\"a,b.png\",0.200,lost,,,,0{}", ",".repeat(39)));
     }
 
     #[test]
@@ -410,7 +453,7 @@ mod tests {
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()
-            .zip(["height_mm", "3.5"])
+            .zip(["brightness", "3.5"])
             .map(|(line, cell)| format!("{line},{cell}\n"))
             .collect();
         std::fs::write(&path, wider).unwrap();

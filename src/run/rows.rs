@@ -3,8 +3,8 @@
 use crate::calib::Ruler;
 use crate::report::marks::{FrameMarks, RoiBox};
 use crate::report::results::{PathRow, Status as RowStatus};
-use crate::tracker::{CrossSection, Estimate, SeamEstimate, Status, roi};
-use crate::units::{LengthUnit, PixelPoint};
+use crate::tracker::{CrossSection, Estimate, Measure, Measures, SeamEstimate, Status, roi};
+use crate::units::PixelPoint;
 
 /// The row of one frame; without an estimate it was unreadable. Without a ruler nothing is known but pixels.
 pub fn row(frame: usize, file: String, time_s: f64, estimate: Option<&Estimate>, ruler: Option<&Ruler>) -> PathRow {
@@ -34,30 +34,41 @@ pub fn row(frame: usize, file: String, time_s: f64, estimate: Option<&Estimate>,
         shoulder_behind_v_px: shoulder(1).map(|point| point.v_px),
         ..PathRow::empty(frame, file, time_s, status)
     };
-    let Some((ruler, seam)) = ruler.zip(seam) else { return row };
-    let row = PathRow {
-        x_mm: ruler.position_mm(seam.centre),
-        x_std_mm: noise_std_mm(ruler, &seam)[0],
-        gap_mm: row
-            .gap_px
-            .filter(|_| ruler.unit() == LengthUnit::Mm)
-            .and_then(|gap_px| ruler.error(seam.centre, gap_px)),
+    let Some(ruler) = ruler else { return row };
+    let row = section.map_or(row.clone(), |section| measured(row, &section, ruler));
+    seam.map_or(row.clone(), |seam| positioned(row, &seam, ruler))
+}
+
+/// What a welder buys.
+fn measured(row: PathRow, section: &CrossSection, ruler: &Ruler) -> PathRow {
+    let measures = Measures::of(&section.profile, &ruler.sensor, ruler.axis);
+    let value = |measure: Option<Measure>| measure.map(|measure| measure.value);
+    let std = |measure: Option<Measure>| measure.map(|measure| measure.std);
+    PathRow {
+        gap_mm: value(measures.gap_mm),
+        gap_std_mm: std(measures.gap_mm),
+        hi_lo_mm: value(measures.hi_lo_mm),
+        hi_lo_std_mm: std(measures.hi_lo_mm),
+        groove_width_mm: value(measures.groove_width_mm),
+        groove_width_std_mm: std(measures.groove_width_mm),
+        depth_mm: value(measures.depth_mm),
+        depth_std_mm: std(measures.depth_mm),
+        opening_angle_deg: value(measures.opening_angle_deg),
+        opening_angle_std_deg: std(measures.opening_angle_deg),
+        root_opening_mm: value(measures.root_opening_mm),
+        root_opening_std_mm: std(measures.root_opening_mm),
+        area_mm2: value(measures.area_mm2),
+        area_std_mm2: std(measures.area_mm2),
         ..row
-    };
-    in_the_plane(row, &seam, ruler)
+    }
 }
 
-/// σ of (lateral, height) that the pictures' noise makes \[mm\].
-fn noise_std_mm(ruler: &Ruler, seam: &SeamEstimate) -> [Option<f64>; 2] {
-    let noise = ruler.noise_mm2(seam.centre, seam.std_px, seam.std_across_px);
-    [0, 1].map(|i| noise.map(|noise| noise[(i, i)].sqrt()))
-}
-
-/// The seam in the plane of a calibrated laser, with the two errors that are never one.
-fn in_the_plane(row: PathRow, seam: &SeamEstimate, ruler: &Ruler) -> PathRow {
+/// The seam in millimetres; in the plane of a calibrated laser with the two errors that are never one.
+fn positioned(row: PathRow, seam: &SeamEstimate, ruler: &Ruler) -> PathRow {
+    let noise = noise_std_mm(ruler, seam);
+    let row = PathRow { x_mm: ruler.position_mm(seam.centre), x_std_mm: noise[0], ..row };
     let Some(sensor) = ruler.sensor.laser_camera() else { return row };
-    let (point, noise) = (sensor.point(seam.centre), noise_std_mm(ruler, seam));
-    let calibration = sensor.calibration_covariance_mm2(seam.centre);
+    let (point, calibration) = (sensor.point(seam.centre), sensor.calibration_covariance_mm2(seam.centre));
     PathRow {
         lateral_mm: point.map(|point| point.lateral_mm),
         height_mm: point.map(|point| point.height_mm),
@@ -68,6 +79,12 @@ fn in_the_plane(row: PathRow, seam: &SeamEstimate, ruler: &Ruler) -> PathRow {
         calibrated: Some(sensor.is_calibrated(seam.centre)),
         ..row
     }
+}
+
+/// σ of (lateral, height) that the pictures' noise makes \[mm\].
+fn noise_std_mm(ruler: &Ruler, seam: &SeamEstimate) -> [Option<f64>; 2] {
+    let noise = ruler.noise_mm2(seam.centre, seam.std_px, seam.std_across_px);
+    [0, 1].map(|i| noise.map(|noise| noise[(i, i)].sqrt()))
 }
 
 /// What overlays show of one frame.

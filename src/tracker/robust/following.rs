@@ -346,7 +346,8 @@ impl Following {
         let (observation, nis, evidence, section, measured) = match outcome {
             Outcome::Sighted { sighting, measured, nis, restarted } => {
                 let observation = if restarted { Observation::Reacquired } else { Observation::Geometry };
-                (observation, Some(nis), sighting.evidence, sighting.section, Some(measured))
+                let section = sighting.section.map(|section| section.with_noise(self.noise.scale()));
+                (observation, Some(nis), sighting.evidence, section, Some(measured))
             }
             Outcome::Refused { sighting, nis } => (Observation::Refused, Some(nis), sighting.evidence, None, None),
             Outcome::StoodIn { along, nis, evidence } => {
