@@ -6,10 +6,10 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
 use seamtrack::calib::{Ruler, Sensor};
-use seamtrack::eval::{Errors, read_truth};
+use seamtrack::eval::{Errors, PlaneErrors, read_truth};
 use seamtrack::report::results::{Estimator, read_path_csv};
 use seamtrack::report::summary::{ErrorTable, read_summary};
-use seamtrack::run::error_table;
+use seamtrack::run::{error_table, plane_errors};
 use seamtrack::units::{LengthUnit, MmPerPx, PixelPoint, StripeAxis};
 
 use super::say;
@@ -54,10 +54,15 @@ impl Eval {
                 self.path.display()
             );
         };
+        let plane = plane_errors(&rows, &truth);
         if self.json {
-            say::print(&(serde_json::to_string_pretty(&table)? + "\n"))?;
+            let mut json = serde_json::to_value(table)?;
+            if let (Some(plane), Some(object)) = (plane, json.as_object_mut()) {
+                object.insert("plane".into(), serde_json::to_value(plane)?);
+            }
+            say::print(&(serde_json::to_string_pretty(&json)? + "\n"))?;
         } else {
-            say::print(&text_of(&table, ruler.unit()))?;
+            say::print(&(text_of(&table, ruler.unit()) + &plane.as_ref().map(text_of_plane).unwrap_or_default()))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -99,6 +104,24 @@ fn text_of(table: &ErrorTable, unit: LengthUnit) -> String {
     }
     if table == &ErrorTable::default() {
         text += "no frame has both a value and a truth\n";
+    }
+    text
+}
+
+fn text_of_plane(plane: &PlaneErrors) -> String {
+    let mut text = "in the plane   mean abs     max    bias  calib. σ  scatter  noise σ  in 2σ  frames\n".to_owned();
+    for (name, e) in [("lateral", &plane.lateral), ("height", &plane.height)] {
+        let calib = e.calib_std_mm.map_or_else(|| "–".to_owned(), |std| format!("{std:.3}"));
+        text += &format!(
+            "{name:13} {:9.3} {:7.3} {:7.3} {calib:>9} {:8.3} {:8.3} {:4.0} % {:7}\n",
+            e.mae_mm,
+            e.max_mm,
+            e.bias_mm,
+            e.scatter_mm,
+            e.noise_std_mm,
+            100.0 * e.scatter_in_2sigma,
+            e.frames
+        );
     }
     text
 }

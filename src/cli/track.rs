@@ -20,7 +20,7 @@ use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::report::verdict::{Trust, verdict};
-use seamtrack::run::{RunOutcome, error_table};
+use seamtrack::run::{RunOutcome, error_table, plane_errors};
 use seamtrack::source::{Period, SizeCheck};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
@@ -273,9 +273,15 @@ impl Track {
             }
             _ => None,
         };
+        let in_plane = truth.as_ref().and_then(|(_, truth)| plane_errors(&outcome.rows, &truth.rows));
         let input = job.input.to_string_lossy();
-        let summary =
-            seamtrack::run::summarise(&outcome, (&input, kind), (config, known), self.max_unavailable, errors)?;
+        let summary = seamtrack::run::summarise(
+            &outcome,
+            (&input, kind),
+            (config, known),
+            self.max_unavailable,
+            (errors, in_plane),
+        )?;
         write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         write_summary(&folder.path().join("summary.json"), &summary)?;
         if let Some((_, truth)) = &truth {

@@ -5,7 +5,9 @@
 //! [`WRONG_MM`] or [`WRONG_PX`].
 
 mod errors;
+mod plane;
 mod truth;
 
 pub use errors::{Errors, Estimate, WRONG_MM, WRONG_PX, errors, errors_by, wrong_limit};
+pub use plane::{AxisErrors, PlaneErrors, PlaneValue, axis_errors};
 pub use truth::{TruthFileError, TruthRow, read_truth};

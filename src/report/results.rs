@@ -434,7 +434,10 @@ mod tests {
              opening_angle_deg,opening_angle_std_deg,root_opening_mm,root_opening_std_mm,area_mm2,area_std_mm2,\
              along_std_px,smooth_along_std_px"
         );
-        assert_eq!(lines[1], format!("0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000{}", ",".repeat(34)));
+        assert_eq!(
+            lines[1],
+            format!("0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000{}", ",".repeat(34))
+        );
         assert_eq!(lines[2], format!("1,\"a,b.png\",0.200,lost,,,,0{}", ",".repeat(39)));
     }
 

@@ -14,7 +14,7 @@ use super::atomic::{ResultsError, write_atomically};
 use super::results::Estimator;
 use crate::calib::file::CalibrationFile;
 use crate::calib::{KnownSensor, Sensor};
-use crate::eval::Errors;
+use crate::eval::{Errors, PlaneErrors};
 use crate::units::{MmPerPx, PixelPoint, StripeAxis};
 
 /// Version of `summary.json` and `path.csv` together.
@@ -45,6 +45,9 @@ pub struct Summary {
     /// Errors against the truth, if it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub errors: Option<ErrorTable>,
+    /// Errors of the filtered path in the plane of a calibrated laser, if the truth has a place in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane_errors: Option<PlaneErrors>,
 }
 
 /// What was read.
@@ -255,7 +258,7 @@ impl ErrorTable {
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError> {
     write_atomically(path, |file| {
         let mut value = serde_json::to_value(summary)?;
-        for key in ["timing", "errors"] {
+        for key in ["timing", "errors", "plane_errors"] {
             value.get_mut(key).into_iter().for_each(round);
         }
         serde_json::to_writer_pretty(&mut *file, &value)?;

@@ -241,6 +241,17 @@ fn facts(run: &Run) -> Vec<String> {
             }
         }
     }
+    if let Some(plane) = &summary.plane_errors {
+        for (name, e) in [("Lateral", &plane.lateral), ("Height", &plane.height)] {
+            facts.push(format!(
+                "{name} error in the laser's plane: mean {:+.3} mm (σ of the calibration {}), scatter {:.3} mm (σ of the noise {:.3}).",
+                e.bias_mm,
+                e.calib_std_mm.map_or_else(|| "unknown".to_owned(), |std| format!("{std:.3}")),
+                e.scatter_mm,
+                e.noise_std_mm
+            ));
+        }
+    }
     if let Some(consistency) = consistency(run) {
         let Consistency { mean, below_95_pct } = consistency;
         facts.push(format!(
@@ -337,6 +348,7 @@ mod tests {
                 },
                 timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
                 errors: None,
+                plane_errors: None,
             },
         }
     }

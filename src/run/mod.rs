@@ -8,7 +8,7 @@ mod summarise;
 
 use std::time::Instant;
 
-pub use score::error_table;
+pub use score::{error_table, plane_errors};
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;

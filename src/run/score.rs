@@ -1,7 +1,7 @@
 //! A run's rows against the truth.
 
 use crate::calib::Ruler;
-use crate::eval::{self, TruthRow};
+use crate::eval::{self, PlaneErrors, PlaneValue, TruthRow, axis_errors};
 use crate::report::results::{Estimator, PathRow};
 use crate::report::summary::ErrorTable;
 use crate::units::LengthUnit;
@@ -36,4 +36,23 @@ fn estimate(row: &PathRow, estimator: Estimator, ruler: &Ruler, scale: Option<f6
     // Paths of version 0.1.0 have their σ in millimetres only.
     let in_mm = || row.sigma(estimator, LengthUnit::Mm).map(|std_mm| std_mm / scale);
     Some(eval::Estimate { position_px, std_px: row.sigma(estimator, LengthUnit::Px).or_else(in_mm) })
+}
+
+/// Errors of the filtered path in the plane of a calibrated laser; none where the path or the truth has no place in it.
+#[must_use]
+pub fn plane_errors(rows: &[PathRow], truth: &[TruthRow]) -> Option<PlaneErrors> {
+    let both = || truth.iter().filter_map(|truth| Some((rows.get(truth.frame)?, truth.plane_mm?)));
+    let lateral: Vec<PlaneValue> = both()
+        .filter_map(|(row, [lateral_mm, _])| {
+            let error_mm = row.lateral_mm? - lateral_mm;
+            Some(PlaneValue { error_mm, noise_std_mm: row.lateral_std_mm?, calib_std_mm: row.calib_lateral_std_mm })
+        })
+        .collect();
+    let height: Vec<PlaneValue> = both()
+        .filter_map(|(row, [_, height_mm])| {
+            let error_mm = row.height_mm? - height_mm;
+            Some(PlaneValue { error_mm, noise_std_mm: row.height_std_mm?, calib_std_mm: row.calib_height_std_mm })
+        })
+        .collect();
+    Some(PlaneErrors { lateral: axis_errors(&lateral)?, height: axis_errors(&height)? })
 }

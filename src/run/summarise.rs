@@ -5,6 +5,7 @@ use serde_json::{Map, Value, json};
 use super::{RunError, RunOutcome};
 use crate::calib::KnownSensor;
 use crate::config::{Config, Preset};
+use crate::eval::PlaneErrors;
 use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
 use crate::tracker::{JointDecision, REFUSE_NIS};
 use crate::units::StripeAxis;
@@ -19,7 +20,7 @@ pub fn summarise(
     (path, kind): (&str, &str),
     (config, known): (&Config, &KnownSensor),
     max_unavailable_pct: f64,
-    errors: Option<ErrorTable>,
+    (errors, plane_errors): (Option<ErrorTable>, Option<PlaneErrors>),
 ) -> Result<Summary, RunError> {
     let (width_px, height_px) = outcome.size_px;
     let mut more = Map::new();
@@ -60,6 +61,7 @@ pub fn summarise(
         },
         timing: outcome.timing,
         errors,
+        plane_errors,
     })
 }
 

@@ -90,7 +90,8 @@ impl Profile {
 /// Two points of a line at the distances `near` and `far` from the centre's column, where its row and slope have `covariance`.
 fn seen(fit: &JointFit, line: Line, covariance: Matrix2<f64>, (near, far): (f64, f64)) -> SeenLine {
     let straight = line.moved(near);
-    let ends = [near, far].map(|du| PixelPoint::new(fit.centre.u_px + du, straight.v_px + straight.slope * (du - near)));
+    let ends =
+        [near, far].map(|du| PixelPoint::new(fit.centre.u_px + du, straight.v_px + straight.slope * (du - near)));
     let by_line = matrix![1.0, near; 1.0, far];
     SeenLine { ends, covariance_px2: by_line * covariance * by_line.transpose() }
 }

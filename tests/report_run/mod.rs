@@ -169,6 +169,7 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             track_ms: Percentiles { p50: 4.1, p99: 7.7, max: 15.0 },
             frames_per_second: 162.0,
         },
+        plane_errors: None,
         errors: with_truth.then(|| ErrorTable {
             kcf: Some(errors(rows, |row| row.kcf_u_px, |_| None)),
             filtered: Some(errors(rows, |row| row.u_px, |row| row.x_std_mm)),

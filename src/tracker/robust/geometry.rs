@@ -7,8 +7,8 @@ use super::part::{Part, Parts};
 use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
-use crate::tracker::profile::Profile;
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
+use crate::tracker::profile::Profile;
 use crate::units::PixelPoint;
 
 use super::following::LEAST_PSR_RATIO;
