@@ -12,7 +12,7 @@ PLATES_SEEDS ?= 201-205
 .PHONY: demo test build setup checks bench regress ablation kinds sensors plates peers clean
 
 demo: build
-	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
+	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv --mm-per-px 0.073 \
 	  --overlay results/demo-butt/overlay -o results/demo-butt --force
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
 	  --preset paper -o results/demo-butt-paper --force --max-unavailable 100 --quiet

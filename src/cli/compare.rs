@@ -60,7 +60,7 @@ impl Compare {
         write_comparison(&self.output, &runs, &rows, DEFAULT_MAX_BYTES)?;
         let text = match rows.as_slice() {
             [] => availability_lines(&runs).join("\n") + "\n",
-            rows => text_table(rows),
+            rows => text_table(rows, runs[0].unit()),
         };
         self.tell(&text)
     }

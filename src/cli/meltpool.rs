@@ -373,7 +373,7 @@ fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
             [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)]
         {
             if let Some(e) = errors {
-                text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae_mm, e.max_mm);
+                text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae, e.max);
             }
         }
     }

@@ -16,6 +16,7 @@ macro_rules! errln {
     };
 }
 
+mod base_frame;
 mod batch;
 mod calibrate;
 mod compare;

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use seamtrack::calib::Origin;
+use seamtrack::calib::{KnownSensor, Origin};
 use seamtrack::config::{Config, Joint, Preset, Stripe};
 use seamtrack::output::{Existing, WholeFolder, listing, resolve};
 use seamtrack::report::atomic::write_atomically;
@@ -21,10 +21,11 @@ use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::report::verdict::{Trust, verdict};
-use seamtrack::run::{RunOutcome, error_table};
+use seamtrack::run::{RunOutcome, error_table, plane_errors};
 use seamtrack::source::{Cut, FrameRange, FrameSource, Period, SizeCheck, SourceError};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
+use super::base_frame::{BaseFrame, Robot};
 use super::drawing::Drawing;
 use super::places::{self, Places};
 use super::recordings::{made_from, names_of, truth_beside};
@@ -32,7 +33,7 @@ use super::troubles::Troubles;
 use super::truth::Truth;
 use super::{batch, manifest, say};
 
-/// Find the seam in each frame of a recording and estimate its path in millimetres
+/// Find the seam in each frame of a recording and estimate its path, in millimetres where a scale or a calibration is given
 #[derive(Debug, Args)]
 pub struct Track {
     /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs or videos
@@ -68,9 +69,14 @@ pub struct Track {
     /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
     #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
     roi: Option<[usize; 4]>,
-    /// Scale along the stripe
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    /// One scale along the stripe [mm/px]; without this and --calibration the path is in pixels
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "calibration")]
     mm_per_px: Option<MmPerPx>,
+    /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    #[command(flatten)]
+    base_frame: BaseFrame,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
     #[arg(long, default_value = "first")]
     origin: Origin,
@@ -140,16 +146,37 @@ impl Job {
     }
 }
 
+/// What all recordings of a call are tracked by.
+#[derive(Clone, Copy)]
+struct Measuring<'a> {
+    config: &'a Config,
+    known: &'a KnownSensor,
+    robot: Option<&'a Robot>,
+}
+
 impl Track {
     /// Tracks every recording; the worst exit code wins.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
-        let jobs = self.job_list(&config)?;
+        let known = self.calibration.as_deref().map_or_else(|| Ok(config.sensor()), KnownSensor::read)?;
+        if self.tum && !known.sensor.has_millimetres() {
+            bail!("--tum writes metres: give --mm-per-px or --calibration");
+        }
+        if self.tolerance.is_some() && !known.sensor.has_millimetres() {
+            bail!("--tolerance is in millimetres: give --mm-per-px or --calibration");
+        }
+        let robot = self.base_frame.robot(&known)?;
+        let measuring = Measuring { config: &config, known: &known, robot: robot.as_ref() };
+        let jobs = self.job_list(&measuring)?;
+        if robot.is_some() && jobs.len() > 1 {
+            bail!("--poses belongs to one recording: track each with its own");
+        }
         let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
-        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).collect();
+        let settings: Vec<&PathBuf> =
+            self.manifest.iter().chain(&self.config).chain(&self.calibration).chain(self.base_frame.files()).collect();
         places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let run = self.track_one(job, &config, true)?;
+            let run = self.track_one(job, &measuring, true)?;
             if !self.quiet {
                 let report = say::shown(&job.output.join("report.html"));
                 let text = terminal_summary(&run, Colour::for_stdout()) + &format!("results: {report}\n");
@@ -158,7 +185,7 @@ impl Track {
             return Ok(exit_code(verdict(&run).trust != Trust::Bad));
         }
         let settings = batch::Batch { folder: self.folder(), jobs_at_a_time: self.jobs, quiet: self.quiet };
-        batch::run(&settings, &jobs, |job| self.track_one(job, &config, false))
+        batch::run(&settings, &jobs, |job| self.track_one(job, &measuring, false))
     }
 
     /// Where the results of several recordings lie side by side.
@@ -171,7 +198,7 @@ impl Track {
         config.preset = self.preset.unwrap_or(config.preset);
         config.joint = self.joint.unwrap_or(config.joint);
         config.stripe = self.stripe.unwrap_or(config.stripe);
-        config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
+        config.mm_per_px = self.mm_per_px.or(config.mm_per_px);
         config.period_s = self.period.unwrap_or(config.period_s);
         config.speed_mm_s = self.speed.or(config.speed_mm_s);
         config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
@@ -181,7 +208,7 @@ impl Track {
         Ok(config)
     }
 
-    fn job_list(&self, config: &Config) -> anyhow::Result<Vec<Job>> {
+    fn job_list(&self, measuring: &Measuring<'_>) -> anyhow::Result<Vec<Job>> {
         let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
             self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
         if let Some(manifest) = &self.manifest {
@@ -204,7 +231,7 @@ impl Track {
             let overlay = self.overlay.as_ref().map(|place| if several { place.join(&name) } else { place.clone() });
             let log = |place: &PathBuf| place.join(format!("{}.mcap", name.display()));
             let mcap = self.mcap.as_ref().map(|place| if several { log(place) } else { place.clone() });
-            let settings = self.settings(config, [overlay.as_deref(), mcap.as_deref()]);
+            let settings = self.settings(measuring, [overlay.as_deref(), mcap.as_deref()]);
             let made_from = if several { made_from(&input, truth.as_deref(), &settings) } else { None };
             let is_drawn = overlay.iter().chain(&mcap).all(|drawn| drawn.exists());
             let is_done = !self.force
@@ -216,16 +243,18 @@ impl Track {
     }
 
     /// All options that decide on a recording's results.
-    fn settings(&self, config: &Config, drawings: [Option<&Path>; 2]) -> String {
+    fn settings(&self, measuring: &Measuring<'_>, drawings: [Option<&Path>; 2]) -> String {
+        let Measuring { config, known, .. } = measuring;
         let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
         let period = self.period(config);
         format!(
-            "{config:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
+            "{config:?} {known:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
         )
     }
 
     /// Tracks one recording.
-    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Run> {
+    fn track_one(&self, job: &Job, measuring: &Measuring<'_>, alone: bool) -> anyhow::Result<Run> {
+        let Measuring { config, known, robot } = *measuring;
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
         let source = self.open(&job.input, config)?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
@@ -245,7 +274,7 @@ impl Track {
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
         let reopen = || self.open(&job.input, config);
-        let outcome = seamtrack::run::track(source, &reopen, config, self.origin, |seen| {
+        let outcome = seamtrack::run::track(source, &reopen, (config, known), self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
@@ -260,21 +289,23 @@ impl Track {
         let outcome = if alone { outcome.with_context(|| job.input.display().to_string())? } else { outcome? };
 
         let first_frame = self.frames.map_or(0, |range| range.first);
-        let errors = match (&truth, outcome.axis) {
-            (Some((file, truth)), Some(axis)) => {
-                let table = error_table(&outcome.rows, (&truth.rows, first_frame), axis, config.mm_per_px);
+        let errors = match (&truth, &outcome.ruler) {
+            (Some((file, truth)), Some(ruler)) => {
+                let table = error_table(&outcome.rows, (&truth.rows, first_frame), ruler);
                 truth.tell_if_short(file, first_frame, outcome.rows.len());
                 Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
             }
             _ => None,
         };
+        let in_plane = truth.as_ref().and_then(|(_, truth)| plane_errors(&outcome.rows, (&truth.rows, first_frame)));
         let input = job.input.to_string_lossy();
         let limits = Limits {
             max_unavailable_pct: Some(self.max_unavailable),
             tolerance_mm: self.tolerance,
             ..Limits::default()
         };
-        let mut summary = seamtrack::run::summarise(&outcome, (&input, kind), config, limits, errors)?;
+        let mut summary =
+            seamtrack::run::summarise(&outcome, (&input, kind), (config, known), limits, (errors, in_plane))?;
         if let Some(range) = self.frames {
             summary.input.more.insert(FIRST_FRAME.into(), range.first.into());
         }
@@ -285,6 +316,9 @@ impl Track {
         }
         if self.trace {
             write_trace_csv(&folder.path().join("trace.csv"), &trace)?;
+        }
+        if let Some(robot) = robot {
+            robot.write(folder.path(), &outcome.rows, known)?;
         }
         thumbnails.write(folder.path())?;
         let mut run = Run::read(folder.path())?;

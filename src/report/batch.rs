@@ -12,6 +12,7 @@ use super::run::Run;
 use super::summary::FrameCounts;
 use super::verdict::{Trust, verdict};
 use crate::eval::Errors;
+use crate::units::LengthUnit;
 
 /// Name of the page in the batch's folder.
 pub const PAGE: &str = "index.html";
@@ -19,7 +20,7 @@ pub const PAGE: &str = "index.html";
 pub const TABLE: &str = "batch.csv";
 
 /// The columns of [`TABLE`]; later versions add at the end only.
-const COLUMNS: [&str; 19] = [
+const COLUMNS: [&str; 20] = [
     "name",
     "input",
     "badge",
@@ -31,10 +32,11 @@ const COLUMNS: [&str; 19] = [
     "unreadable",
     "value_pct",
     "joint",
-    "mae_mm",
-    "max_mm",
-    "smooth_mae_mm",
-    "smooth_max_mm",
+    "unit",
+    "mae",
+    "max",
+    "smooth_mae",
+    "smooth_max",
     "wrong_frames",
     "tolerance_inside_pct",
     "report",
@@ -72,6 +74,7 @@ pub struct Figures {
     smoothed: Option<Errors>,
     inside_pct: Option<f64>,
     path: Vec<Option<f64>>,
+    unit: LengthUnit,
 }
 
 impl Figures {
@@ -90,7 +93,8 @@ impl Figures {
             filtered: errors(Estimator::Filtered),
             smoothed: errors(Estimator::Smoothed),
             inside_pct: run.tolerance().map(|tolerance| tolerance.inside_pct),
-            path: run.position_mm(run.best_estimator(), run.origin_px()),
+            path: run.position(run.best_estimator(), &run.ruler()),
+            unit: run.unit(),
         }
     }
 
@@ -126,9 +130,10 @@ impl Entry {
                 cells.extend(counts.map(|count| count.to_string()));
                 cells.push(fixed(figures.value_pct, 1));
                 cells.push(figures.joint.clone());
+                cells.push(figures.unit.to_string());
                 for errors in [&figures.filtered, &figures.smoothed] {
-                    let mm = |of: fn(&Errors) -> f64| errors.as_ref().map_or_else(String::new, |e| fixed(of(e), 4));
-                    cells.extend([mm(|e| e.mae_mm), mm(|e| e.max_mm)]);
+                    let length = |of: fn(&Errors) -> f64| errors.as_ref().map_or_else(String::new, |e| fixed(of(e), 4));
+                    cells.extend([length(|e| e.mae), length(|e| e.max)]);
                 }
                 cells.push(figures.filtered.map_or_else(String::new, |errors| errors.wrong_frames.to_string()));
                 cells.push(figures.inside_pct.map_or_else(String::new, |percent| fixed(percent, 1)));
@@ -244,11 +249,11 @@ fn row(entry: &Entry) -> Markup {
                     p.note { (entry.input) " · " (figures.joint) }
                     p { (figures.sentence) @if let Some(doubt) = &figures.doubt { " " b { (doubt) } } }
                 }
-                (spark(&figures.path))
+                (spark(&figures.path, figures.unit))
                 dl {
                     div { dt { "value on" } dd { (fixed(figures.value_pct, 1)) " %" } }
                     @if let Some(errors) = figures.smoothed.or(figures.filtered) {
-                        div { dt { "mean / max error" } dd { (fixed(errors.mae_mm, 3)) " / " (fixed(errors.max_mm, 3)) " mm" } }
+                        div { dt { "mean / max error" } dd { (fixed(errors.mae, 3)) " / " (fixed(errors.max, 3)) " " (errors.unit) } }
                     }
                     @if let Some(percent) = figures.inside_pct {
                         div { dt { "in tolerance" } dd { (fixed(percent, 1)) " %" } }
@@ -260,7 +265,7 @@ fn row(entry: &Entry) -> Markup {
 }
 
 /// The path as a small line over its own range; what has no value is a gap.
-fn spark(values: &[Option<f64>]) -> Markup {
+fn spark(values: &[Option<f64>], unit: LengthUnit) -> Markup {
     let known = || values.iter().flatten().copied();
     let (low, high) = (known().fold(f64::INFINITY, f64::min), known().fold(f64::NEG_INFINITY, f64::max));
     let (width, height) = SPARK;
@@ -282,7 +287,7 @@ fn spark(values: &[Option<f64>]) -> Markup {
         );
         drawing = true;
     }
-    let range = if high > low { format!("{:.2} mm", high - low) } else { String::new() };
+    let range = if high > low { format!("{:.2} {unit}", high - low) } else { String::new() };
     html! {
         figure {
             svg viewBox={ "0 0 " (width) " " (height) } role="img" aria-label="Path" { path d=(d) {} }

@@ -12,10 +12,11 @@ use super::head::head;
 use super::results::fixed;
 use super::run::Run;
 use super::verdict::{Trust, verdict};
+use crate::eval::Errors;
 
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 /// The columns of each method.
-const HEADS: [&str; 4] = ["mean [mm]", "max [mm]", "value on [%]", "badge"];
+const HEADS: [&str; 4] = ["mean", "max", "value on [%]", "badge"];
 
 /// The table.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,8 +29,7 @@ pub struct Matrix {
 
 /// What a row shows of a run.
 struct Figures {
-    mean_mm: Option<f64>,
-    max_mm: Option<f64>,
+    errors: Option<Errors>,
     value_pct: f64,
     trust: Trust,
 }
@@ -85,37 +85,49 @@ fn names(folders: &[PathBuf]) -> Vec<String> {
 }
 
 fn figures(run: &Run, truth_px: Option<&[Option<f64>]>) -> Figures {
-    let calibration = &run.summary.calibration;
     let lent = |truth: &[Option<f64>]| {
-        (truth.len() == run.rows.len())
-            .then(|| errors_against(&run.rows, truth, calibration.stripe, calibration.mm_per_px))
-            .flatten()
+        (truth.len() == run.rows.len()).then(|| errors_against(&run.rows, truth, &run.ruler())).flatten()
     };
     let table = run.summary.errors.or_else(|| truth_px.and_then(lent));
-    let errors = table.and_then(|table| table.of(run.best_estimator()).copied());
     Figures {
-        mean_mm: errors.map(|errors| errors.mae_mm),
-        max_mm: errors.map(|errors| errors.max_mm),
+        errors: table.and_then(|table| table.of(run.best_estimator()).copied()),
         value_pct: 100.0 - run.unavailable().percent(),
         trust: verdict(run).trust,
     }
 }
 
 fn row_cells(figures: &Figures) -> [String; HEADS.len()] {
-    let mm = |value: Option<f64>| value.map_or_else(|| "–".to_owned(), |mm| fixed(mm, 3));
-    [mm(figures.mean_mm), mm(figures.max_mm), fixed(figures.value_pct, 1), figures.trust.word().to_owned()]
+    let length = |of: fn(&Errors) -> f64| {
+        figures
+            .errors
+            .as_ref()
+            .map_or_else(|| "–".to_owned(), |errors| format!("{} {}", fixed(of(errors), 3), errors.unit))
+    };
+    [
+        length(|errors| errors.mae),
+        length(|errors| errors.max),
+        fixed(figures.value_pct, 1),
+        figures.trust.word().to_owned(),
+    ]
 }
 
 /// Mean of the means, worst of the maxima, mean availability, how many are good.
 fn summed_up(figures: &[Figures]) -> [String; HEADS.len()] {
-    let means: Vec<f64> = figures.iter().filter_map(|f| f.mean_mm).collect();
+    // Pixels and millimetres have no common mean.
+    let unit = figures.iter().find_map(|f| f.errors).map(|errors| errors.unit);
+    let errors: Vec<Errors> = figures.iter().filter_map(|f| f.errors).collect();
+    let errors = if errors.iter().all(|errors| Some(errors.unit) == unit) { errors } else { vec![] };
+    let means: Vec<f64> = errors.iter().map(|errors| errors.mae).collect();
     let mean = |values: &[f64]| (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64);
     let values: Vec<f64> = figures.iter().map(|f| f.value_pct).collect();
     let good = figures.iter().filter(|f| f.trust == Trust::Good).count();
     let number = |value: Option<f64>, decimals| value.map_or_else(|| "–".to_owned(), |value| fixed(value, decimals));
+    let length = |value: Option<f64>| {
+        value.zip(unit).map_or_else(|| "–".to_owned(), |(value, unit)| format!("{} {unit}", fixed(value, 3)))
+    };
     [
-        number(mean(&means), 3),
-        number(figures.iter().filter_map(|f| f.max_mm).reduce(f64::max), 3),
+        length(mean(&means)),
+        length(errors.iter().map(|errors| errors.max).reduce(f64::max)),
         number(mean(&values), 1),
         format!("{good} of {}", figures.len()),
     ]

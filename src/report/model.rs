@@ -6,9 +6,10 @@ use super::marks::FrameMarks;
 use super::measures::Measure;
 use super::places::{self, places};
 use super::results::{Estimator, PathRow};
-use super::run::{Run, difference};
+use super::run::Run;
 use super::tolerance::Reference;
 use super::verdict::NIS_95;
+use crate::calib::Ruler;
 use crate::units::{PixelPoint, StripeAxis};
 
 /// The data of one page; serialised into it as JSON.
@@ -90,7 +91,6 @@ pub(super) struct Viewer {
     pub height: usize,
     /// Length of the stripe mark's own axis: horizontal or vertical.
     pub axis: String,
-    pub mm_per_px: f64,
     pub points: Vec<Points>,
     pub images: Vec<Image>,
 }
@@ -186,8 +186,8 @@ pub(super) fn single(run: &Run) -> PageModel {
 }
 
 fn places_of(run: &Run) -> Vec<PlaceToLookAt> {
-    let error_mm = run.error_mm(Estimator::Filtered).unwrap_or_default();
-    let found = places(&run.rows, &error_mm, &run.deviation_mm().1, &run.summary.limits);
+    let errors = run.error(Estimator::Filtered).unwrap_or_default();
+    let found = places(&run.rows, (&errors, run.unit()), &run.deviation().1, &run.summary.limits);
     found.into_iter().map(PlaceToLookAt::of).collect()
 }
 
@@ -195,23 +195,26 @@ fn places_of(run: &Run) -> Vec<PlaceToLookAt> {
 /// the stored frames.
 pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
     let first = runs.first()?;
-    let origin_px = first.origin_px();
+    let (unit, origin) = (first.unit().name(), first.ruler().origin);
+    let from_there = |run: &Run| Ruler { origin, ..run.ruler() };
     let look = |index: usize| format!("run{}", index % 6);
     let named = |of: &dyn Fn(&Run) -> Vec<Option<f64>>, decimals| -> Vec<Series> {
         runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
     };
-    let mut path = named(&|run| run.position_mm(run.best_estimator(), origin_px), MM_DECIMALS);
+    let mut path = named(&|run| run.position(run.best_estimator(), &from_there(run)), MM_DECIMALS);
     let judge = runs.iter().find(|run| run.truth_px.is_some());
     path.extend(
-        judge.and_then(|run| run.true_position_mm(origin_px)).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
+        judge
+            .and_then(|run| run.true_position(&from_there(run)))
+            .map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
     );
     let note = format!("Each run's best estimate: smoothed where it has one, else filtered. {}", sign(first));
-    let mut charts = vec![Chart { series: path, note, ..chart("path", "Path", "mm", 3) }];
+    let mut charts = vec![Chart { series: path, note, ..chart("path", "Path", unit, 3) }];
     if let Some(truth_px) = judge.and_then(|run| run.truth_px.as_ref()) {
-        let error = |run: &Run| run.error_against_mm(run.best_estimator(), truth_px);
+        let error = |run: &Run| run.error_against(run.best_estimator(), truth_px);
         let series = named(&error, MM_DECIMALS);
         let note = "Estimate minus truth, along the stripe.".to_owned();
-        charts.push(Chart { histogram: true, series, note, ..chart("error", "Error", "mm", 3) });
+        charts.push(Chart { histogram: true, series, note, ..chart("error", "Error", unit, 3) });
     }
     charts.push(Chart {
         series: named(&|run| column(run, |row| row.psr), 2),
@@ -266,21 +269,18 @@ fn frame_axis(run: &Run) -> PageModel {
 }
 
 fn path_chart(run: &Run) -> Chart {
-    let origin_px = run.origin_px();
-    let position = |estimator| run.position_mm(estimator, origin_px);
-    let two_sigma = |sigma: fn(&PathRow) -> Option<f64>| {
-        Some(Rounded::new(column(run, |row| sigma(row).map(|sigma| 2.0 * sigma)), MM_DECIMALS))
-    };
+    let ruler = run.ruler();
+    let position = |estimator| run.position(estimator, &ruler);
     let mut series = vec![
         Series { dots: true, fits: false, ..estimate(Estimator::Kcf, position(Estimator::Kcf)) },
-        Series { band: two_sigma(|row| row.x_std_mm), ..estimate(Estimator::Filtered, position(Estimator::Filtered)) },
+        Series { band: Some(two_sigma(run)), ..estimate(Estimator::Filtered, position(Estimator::Filtered)) },
         estimate(Estimator::Smoothed, position(Estimator::Smoothed)),
     ];
-    series.extend(run.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
+    series.extend(run.true_position(&ruler).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
     series.retain(Series::has_values);
     let note = format!("Where the seam lies along the stripe. {} Band: ±2σ, where it is with 95 %.", sign(run));
     let tolerance = tolerance(run, Reference::Origin);
-    Chart { series, note, tolerance, ..chart("path", "Path", "mm", 3) }
+    Chart { series, note, tolerance, ..chart("path", "Path", run.unit().name(), 3) }
 }
 
 /// Which way is +.
@@ -293,7 +293,7 @@ fn sign(run: &Run) -> &'static str {
 
 /// The tolerance that is held against `reference`.
 fn tolerance(run: &Run, reference: Reference) -> Option<f64> {
-    run.summary.limits.tolerance_mm.filter(|_| run.deviation_mm().0 == reference)
+    run.summary.limits.tolerance_mm.filter(|_| run.deviation().0 == reference)
 }
 
 fn measure_chart(measure: &Measure) -> Chart {
@@ -306,29 +306,37 @@ fn measure_chart(measure: &Measure) -> Chart {
     Chart { series, note: format!("{note}{band}"), ..chart(id, title, unit, 2) }
 }
 
+/// Twice the filter's σ.
+fn two_sigma(run: &Run) -> Rounded {
+    let sigma = run.sigma(Estimator::Filtered).into_iter();
+    Rounded::new(sigma.map(|sigma| sigma.map(|sigma| 2.0 * sigma)).collect(), MM_DECIMALS)
+}
+
 /// The error against the truth; without one, the distance from the smoothed path; without that, none.
 fn error_chart(run: &Run) -> Option<Chart> {
-    let smoothed = run.position_mm(Estimator::Smoothed, 0.0);
-    let (title, reference) = match run.true_position_mm(0.0) {
-        Some(truth) => ("Error against the truth", truth),
-        None => ("Distance from the smoothed path", smoothed),
+    let smoothed = || -> Vec<Option<f64>> {
+        let axis = run.summary.calibration.stripe;
+        run.rows.iter().map(|row| row.along_px(Estimator::Smoothed, axis)).collect()
+    };
+    let (title, reference_px) = match &run.truth_px {
+        Some(truth_px) => ("Error against the truth", truth_px.clone()),
+        None => ("Distance from the smoothed path", smoothed()),
     };
     let judged = Estimator::ALL.into_iter().filter(|&e| run.truth_px.is_some() || e != Estimator::Smoothed);
     let mut series: Vec<Series> = judged
         .map(|e| Series {
             dots: e == Estimator::Kcf,
             fits: e != Estimator::Kcf,
-            ..estimate(e, difference(&run.position_mm(e, 0.0), &reference))
+            ..estimate(e, run.error_against(e, &reference_px))
         })
         .collect();
     series.retain(Series::has_values);
     if series.is_empty() {
         return None;
     }
-    let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
-    let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
-    let band = Some(Rounded::new(band, MM_DECIMALS));
-    series.push(Series { band, ..curve("±2σ", "sigma", zero, 0) });
+    let band = two_sigma(run);
+    let zero = band.values.iter().map(|half| half.map(|_| 0.0)).collect();
+    series.push(Series { band: Some(band), ..curve("±2σ", "sigma", zero, 0) });
     let note = match run.truth_px {
         Some(_) => "Estimate minus truth, along the stripe. A σ that is right holds 95 % of it in ±2σ.",
         None => {
@@ -336,7 +344,13 @@ fn error_chart(run: &Run) -> Option<Chart> {
         }
     };
     let tolerance = tolerance(run, Reference::Truth);
-    Some(Chart { histogram: true, series, note: note.to_owned(), tolerance, ..chart("error", title, "mm", 3) })
+    Some(Chart {
+        histogram: true,
+        series,
+        note: note.to_owned(),
+        tolerance,
+        ..chart("error", title, run.unit().name(), 3)
+    })
 }
 
 impl Series {
@@ -397,7 +411,6 @@ fn viewer(run: &Run, points: Vec<Points>) -> Viewer {
         width: summary.input.width_px,
         height: summary.input.height_px,
         axis: summary.calibration.stripe.to_string(),
-        mm_per_px: summary.calibration.mm_per_px.get(),
         points,
         images: Vec::new(),
     }

@@ -3,6 +3,7 @@
 use super::results::{PathRow, Status};
 use super::summary::Limits;
 use super::tolerance::{Stretch, stretches};
+use crate::units::LengthUnit;
 
 /// Places in the list; the rest are counted.
 pub const MOST: usize = 12;
@@ -45,9 +46,14 @@ impl Finding {
 }
 
 /// The places of a run, the gravest first: losses and predictions, stretches where `deviation_mm` leaves the tolerance,
-/// the largest of `error_mm` where they are known, measurements far from their prediction, a KCF under its threshold.
+/// the largest of `errors` where they are known, measurements far from their prediction, a KCF under its threshold.
 #[must_use]
-pub fn places(rows: &[PathRow], error_mm: &[Option<f64>], deviation_mm: &[Option<f64>], limits: &Limits) -> Vec<Place> {
+pub fn places(
+    rows: &[PathRow],
+    (errors, unit): (&[Option<f64>], LengthUnit),
+    deviation_mm: &[Option<f64>],
+    limits: &Limits,
+) -> Vec<Place> {
     let mut findings = episodes(rows);
     if let Some(tolerance_mm) = limits.tolerance_mm {
         let outside = stretches(deviation_mm, tolerance_mm).into_iter();
@@ -60,8 +66,10 @@ pub fn places(rows: &[PathRow], error_mm: &[Option<f64>], deviation_mm: &[Option
             reason: format!("outside ±{tolerance_mm} mm, by up to {:.3} mm", worst_mm.abs() - tolerance_mm),
         }));
     }
-    let errors = largest(error_mm.iter().map(|error| error.map(f64::abs)));
-    findings.extend(errors.take(ERRORS).map(|(frame, mm)| Finding::at(frame, 3, mm, format!("error {mm:.3} mm"))));
+    let errors = largest(errors.iter().map(|error| error.map(f64::abs)));
+    findings.extend(
+        errors.take(ERRORS).map(|(frame, error)| Finding::at(frame, 3, error, format!("error {error:.3} {unit}"))),
+    );
     let nis = rows.iter().map(|row| row.nis.filter(|&nis| nis > SURPRISING_NIS));
     findings.extend(
         largest(nis).take(ENTRIES).map(|(frame, nis)| {
@@ -169,7 +177,7 @@ mod tests {
         for (frame, nis) in [(22, 16.0), (30, 9.5), (31, 25.0), (50, 7.0)] {
             rows[frame].nis = Some(nis);
         }
-        let places = places(&rows, &[], &[], &Limits::default());
+        let places = places(&rows, (&[], LengthUnit::Mm), &[], &Limits::default());
         let expected = [
             (10, 22, 12, "lost for 8 frames; coasting for 2 frames; measured 4.0 σ from the prediction"),
             (31, 31, 31, "measured 5.0 σ from the prediction"),
@@ -183,12 +191,12 @@ mod tests {
         let deviation: Vec<_> =
             (0..40).map(|f| Some(if (20..24).contains(&f) { 0.1 * (f - 18) as f64 } else { 0.0 })).collect();
         let limits = Limits { tolerance_mm: Some(0.25), ..Limits::default() };
-        let found = summed_up(&places(&rows, &[], &deviation, &limits));
+        let found = summed_up(&places(&rows, (&[], LengthUnit::Mm), &deviation, &limits));
         assert_eq!(found, [(21, 23, 23, "outside ±0.25 mm, by up to 0.250 mm".to_owned())]);
     }
 
     #[test]
     fn a_run_without_events_has_no_place() {
-        assert!(places(&rows(40, |_| Status::Tracked), &[], &[], &Limits::default()).is_empty());
+        assert!(places(&rows(40, |_| Status::Tracked), (&[], LengthUnit::Mm), &[], &Limits::default()).is_empty());
     }
 }

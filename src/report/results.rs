@@ -9,7 +9,7 @@ use std::path::Path;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::atomic::{ResultsError, write_atomically};
-use crate::units::{PixelPoint, StripeAxis};
+use crate::units::{LengthUnit, PixelPoint, StripeAxis};
 
 /// What the tracker knew about the seam in one frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -53,68 +53,208 @@ impl fmt::Display for Status {
     }
 }
 
-/// One row of `path.csv`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct PathRow {
-    /// Number of the frame, from 0 in processing order.
-    pub frame: usize,
-    /// Name of the frame's file; `name[number]` for a page or a picture of a video.
-    pub file: String,
-    /// Time stamp \[s\].
-    pub time_s: f64,
-    /// What the tracker knew.
-    pub status: Status,
+/// A cell of `path.csv`.
+trait Cell: Sized {
+    /// What stands for no value.
+    const EMPTY: Self;
+    /// Its text; a number with `decimals` decimals.
+    fn text(&self, decimals: usize) -> String;
+    /// Its number, if it holds one.
+    fn number(&self) -> Option<f64>;
+}
+
+impl Cell for Option<f64> {
+    const EMPTY: Self = None;
+    fn text(&self, decimals: usize) -> String {
+        self.map_or(String::new(), |value| fixed(value, decimals))
+    }
+    fn number(&self) -> Option<f64> {
+        *self
+    }
+}
+
+impl Cell for bool {
+    const EMPTY: Self = false;
+    fn text(&self, _: usize) -> String {
+        u8::from(*self).to_string()
+    }
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+impl Cell for Option<bool> {
+    const EMPTY: Self = None;
+    fn text(&self, _: usize) -> String {
+        self.map_or(String::new(), |flag| u8::from(flag).to_string())
+    }
+    fn number(&self) -> Option<f64> {
+        None
+    }
+}
+
+/// Makes [`PathRow`], its columns in their order, and what walks over its cells.
+macro_rules! path_row {
+    ($($(#[$attribute:meta])* $name:ident: $kind:ty, $decimals:expr;)*) => {
+        /// One row of `path.csv`.
+        #[derive(Debug, Clone, PartialEq, Deserialize)]
+        pub struct PathRow {
+            /// Number of the frame, from 0 in processing order.
+            pub frame: usize,
+            /// Name of the frame's file; `name[number]` for a page or a picture of a video.
+            pub file: String,
+            /// Time stamp \[s\].
+            pub time_s: f64,
+            /// What the tracker knew.
+            pub status: Status,
+            $($(#[$attribute])* pub $name: $kind,)*
+        }
+
+        /// The columns of the contract, in order, then those added since.
+        const COLUMNS: &[&str] = &["frame", "file", "time_s", "status", $(stringify!($name)),*];
+
+        impl PathRow {
+            /// A row without any value.
+            #[must_use]
+            pub const fn empty(frame: usize, file: String, time_s: f64, status: Status) -> Self {
+                Self { frame, file, time_s, status, $($name: <$kind as Cell>::EMPTY),* }
+            }
+
+            fn cells(&self, time_decimals: usize) -> Vec<String> {
+                vec![
+                    self.frame.to_string(),
+                    self.file.clone(),
+                    fixed(self.time_s, time_decimals),
+                    self.status.name().to_owned(),
+                    $(self.$name.text($decimals)),*
+                ]
+            }
+
+            fn numbers(&self) -> impl Iterator<Item = f64> {
+                [Some(self.time_s), $(self.$name.number()),*].into_iter().flatten()
+            }
+        }
+    };
+}
+
+path_row! {
     /// The KCF's own peak, column \[px\].
-    pub kcf_u_px: Option<f64>,
+    kcf_u_px: Option<f64>, PX;
     /// The KCF's own peak, row \[px\].
-    pub kcf_v_px: Option<f64>,
+    kcf_v_px: Option<f64>, PX;
     /// Raw peak-to-sidelobe ratio of the KCF response.
-    pub psr: Option<f64>,
+    psr: Option<f64>, PSR;
     /// The KCF template learned from this frame.
     #[serde(deserialize_with = "zero_or_one")]
-    pub template_updated: bool,
+    template_updated: bool, 0;
     /// Filtered seam centre, column \[px\]; empty unless tracked or coasting.
-    pub u_px: Option<f64>,
+    u_px: Option<f64>, PX;
     /// Filtered seam centre, row \[px\].
-    pub v_px: Option<f64>,
-    /// Filtered position along the stripe from the origin \[mm\].
-    pub x_mm: Option<f64>,
-    /// One σ of `x_mm` \[mm\], without the scale's own.
-    pub x_std_mm: Option<f64>,
+    v_px: Option<f64>, PX;
+    /// Filtered position along the stripe from the origin \[mm\]; with a calibration, in the laser's plane.
+    x_mm: Option<f64>, MM;
+    /// One σ of `x_mm` \[mm\], without the scale's or the calibration's own.
+    x_std_mm: Option<f64>, MM;
     /// Normalised innovation squared of the observation.
-    pub nis: Option<f64>,
+    nis: Option<f64>, NIS;
     /// Smoothed seam centre, column \[px\].
-    pub smooth_u_px: Option<f64>,
+    smooth_u_px: Option<f64>, PX;
     /// Smoothed seam centre, row \[px\].
-    pub smooth_v_px: Option<f64>,
+    smooth_v_px: Option<f64>, PX;
     /// Smoothed position along the stripe from the origin \[mm\].
-    pub smooth_x_mm: Option<f64>,
+    smooth_x_mm: Option<f64>, MM;
     /// One σ of `smooth_x_mm` \[mm\].
-    pub smooth_x_std_mm: Option<f64>,
+    smooth_x_std_mm: Option<f64>, MM;
     /// Gap of a butt joint, shadow of a lap joint, as measured in this frame, along the stripe \[px\].
     #[serde(default)]
-    pub gap_px: Option<f64>,
+    gap_px: Option<f64>, PX;
     /// The same \[mm\].
     #[serde(default)]
-    pub gap_mm: Option<f64>,
+    gap_mm: Option<f64>, MM;
     /// By how much the stripe behind the seam has the larger coordinate across it \[px\].
     #[serde(default)]
-    pub mismatch_px: Option<f64>,
+    mismatch_px: Option<f64>, PX;
     /// Shoulder of a V-groove before the root, column \[px\].
     #[serde(default)]
-    pub shoulder_before_u_px: Option<f64>,
+    shoulder_before_u_px: Option<f64>, PX;
     /// Shoulder before the root, row \[px\].
     #[serde(default)]
-    pub shoulder_before_v_px: Option<f64>,
+    shoulder_before_v_px: Option<f64>, PX;
     /// Shoulder behind the root, column \[px\].
     #[serde(default)]
-    pub shoulder_behind_u_px: Option<f64>,
+    shoulder_behind_u_px: Option<f64>, PX;
     /// Shoulder behind the root, row \[px\].
     #[serde(default)]
-    pub shoulder_behind_v_px: Option<f64>,
+    shoulder_behind_v_px: Option<f64>, PX;
     /// Way of the torch since the first frame, where its speed is given \[mm\].
     #[serde(default)]
-    pub travel_mm: Option<f64>,
+    travel_mm: Option<f64>, MM;
+    /// With a calibration: the filtered seam in the laser's plane, along the stripe \[mm\].
+    #[serde(default)]
+    lateral_mm: Option<f64>, MM;
+    /// The same towards the camera \[mm\].
+    #[serde(default)]
+    height_mm: Option<f64>, MM;
+    /// One σ of `lateral_mm` \[mm\]: the noise of the pictures alone, which averages out over frames.
+    #[serde(default)]
+    lateral_std_mm: Option<f64>, MM;
+    /// One σ of `height_mm` \[mm\], likewise.
+    #[serde(default)]
+    height_std_mm: Option<f64>, MM;
+    /// One σ of `lateral_mm` \[mm\]: the calibration's error alone, the same in every frame.
+    #[serde(default)]
+    calib_lateral_std_mm: Option<f64>, MM;
+    /// One σ of `height_mm` \[mm\], likewise.
+    #[serde(default)]
+    calib_height_std_mm: Option<f64>, MM;
+    /// Whether the seam lies where stripes were seen when the sensor was calibrated.
+    #[serde(default, deserialize_with = "empty_zero_or_one")]
+    calibrated: Option<bool>, 0;
+    /// One σ of `gap_mm` \[mm\], ragged edges included.
+    #[serde(default)]
+    gap_std_mm: Option<f64>, MM;
+    /// Height of the plate behind the seam above that before it \[mm\].
+    #[serde(default)]
+    hi_lo_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    hi_lo_std_mm: Option<f64>, MM;
+    /// Between a groove's shoulders \[mm\].
+    #[serde(default)]
+    groove_width_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    groove_width_std_mm: Option<f64>, MM;
+    /// From a groove's plates down to where its flanks meet \[mm\].
+    #[serde(default)]
+    depth_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    depth_std_mm: Option<f64>, MM;
+    /// Between a groove's flanks, or a fillet's legs \[°\].
+    #[serde(default)]
+    opening_angle_deg: Option<f64>, MM;
+    /// One σ of it \[°\].
+    #[serde(default)]
+    opening_angle_std_deg: Option<f64>, MM;
+    /// Between the plates at the root: a square butt joint's gap \[mm\].
+    #[serde(default)]
+    root_opening_mm: Option<f64>, MM;
+    /// One σ of it \[mm\].
+    #[serde(default)]
+    root_opening_std_mm: Option<f64>, MM;
+    /// Between a groove's flanks and its shoulders' line \[mm²\].
+    #[serde(default)]
+    area_mm2: Option<f64>, MM;
+    /// One σ of it \[mm²\].
+    #[serde(default)]
+    area_std_mm2: Option<f64>, MM;
+    /// One σ of the filtered position along the stripe \[px\].
+    #[serde(default)]
+    along_std_px: Option<f64>, PX;
+    /// One σ of the smoothed position along the stripe \[px\].
+    #[serde(default)]
+    smooth_along_std_px: Option<f64>, PX;
 }
 
 impl PathRow {
@@ -122,38 +262,6 @@ impl PathRow {
     #[must_use]
     pub fn has_value(&self) -> bool {
         self.status.has_value() || (self.status == Status::Seeking && self.smooth_u_px.is_some())
-    }
-
-    /// A row without any value.
-    #[must_use]
-    pub const fn empty(frame: usize, file: String, time_s: f64, status: Status) -> Self {
-        Self {
-            frame,
-            file,
-            time_s,
-            status,
-            kcf_u_px: None,
-            kcf_v_px: None,
-            psr: None,
-            template_updated: false,
-            u_px: None,
-            v_px: None,
-            x_mm: None,
-            x_std_mm: None,
-            nis: None,
-            smooth_u_px: None,
-            smooth_v_px: None,
-            smooth_x_mm: None,
-            smooth_x_std_mm: None,
-            gap_px: None,
-            gap_mm: None,
-            mismatch_px: None,
-            shoulder_before_u_px: None,
-            shoulder_before_v_px: None,
-            shoulder_behind_u_px: None,
-            shoulder_behind_v_px: None,
-            travel_mm: None,
-        }
     }
 
     /// The seam centre of one estimate.
@@ -165,6 +273,18 @@ impl PathRow {
             Estimator::Smoothed => (self.smooth_u_px, self.smooth_v_px),
         };
         Some(PixelPoint::new(u?, v?))
+    }
+
+    /// One σ of one estimate along the stripe.
+    #[must_use]
+    pub const fn sigma(&self, estimate: Estimator, unit: LengthUnit) -> Option<f64> {
+        match (estimate, unit) {
+            (Estimator::Kcf, _) => None,
+            (Estimator::Filtered, LengthUnit::Mm) => self.x_std_mm,
+            (Estimator::Filtered, LengthUnit::Px) => self.along_std_px,
+            (Estimator::Smoothed, LengthUnit::Mm) => self.smooth_x_std_mm,
+            (Estimator::Smoothed, LengthUnit::Px) => self.smooth_along_std_px,
+        }
     }
 
     /// The coordinate of one estimate along the stripe \[px\].
@@ -200,39 +320,11 @@ impl Estimator {
     }
 }
 
-/// The columns of the contract, in order, then those added since.
-const COLUMNS: [&str; 25] = [
-    "frame",
-    "file",
-    "time_s",
-    "status",
-    "kcf_u_px",
-    "kcf_v_px",
-    "psr",
-    "template_updated",
-    "u_px",
-    "v_px",
-    "x_mm",
-    "x_std_mm",
-    "nis",
-    "smooth_u_px",
-    "smooth_v_px",
-    "smooth_x_mm",
-    "smooth_x_std_mm",
-    "gap_px",
-    "gap_mm",
-    "mismatch_px",
-    "shoulder_before_u_px",
-    "shoulder_before_v_px",
-    "shoulder_behind_u_px",
-    "shoulder_behind_v_px",
-    "travel_mm",
-];
-
-const PX_DECIMALS: usize = 3;
-const MM_DECIMALS: usize = 4;
-const PSR_DECIMALS: usize = 3;
-const NIS_DECIMALS: usize = 4;
+/// Decimals of pixels, millimetres, PSR and NIS.
+const PX: usize = 3;
+const MM: usize = 4;
+const PSR: usize = 3;
+const NIS: usize = 4;
 
 /// Write `path.csv`. Time stamps have 3 decimals, or 6 when some do not fit into 3.
 ///
@@ -245,45 +337,13 @@ pub fn write_path_csv(path: &Path, rows: &[PathRow]) -> Result<(), ResultsError>
         let mut csv = csv::Writer::from_writer(file);
         csv.write_record(COLUMNS)?;
         for row in rows {
-            csv.write_record(&cells(row, time_decimals)?)?;
+            if let Some(value) = row.numbers().find(|value| !value.is_finite()) {
+                return Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame)));
+            }
+            csv.write_record(&row.cells(time_decimals))?;
         }
         csv.flush()
     })
-}
-
-fn cells(row: &PathRow, time_decimals: usize) -> std::io::Result<Vec<String>> {
-    let cell = |value: Option<f64>, decimals: usize| match value {
-        None => Ok(String::new()),
-        Some(value) if value.is_finite() => Ok(fixed(value, decimals)),
-        Some(value) => Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame))),
-    };
-    Ok(vec![
-        row.frame.to_string(),
-        row.file.clone(),
-        cell(Some(row.time_s), time_decimals)?,
-        row.status.name().to_owned(),
-        cell(row.kcf_u_px, PX_DECIMALS)?,
-        cell(row.kcf_v_px, PX_DECIMALS)?,
-        cell(row.psr, PSR_DECIMALS)?,
-        u8::from(row.template_updated).to_string(),
-        cell(row.u_px, PX_DECIMALS)?,
-        cell(row.v_px, PX_DECIMALS)?,
-        cell(row.x_mm, MM_DECIMALS)?,
-        cell(row.x_std_mm, MM_DECIMALS)?,
-        cell(row.nis, NIS_DECIMALS)?,
-        cell(row.smooth_u_px, PX_DECIMALS)?,
-        cell(row.smooth_v_px, PX_DECIMALS)?,
-        cell(row.smooth_x_mm, MM_DECIMALS)?,
-        cell(row.smooth_x_std_mm, MM_DECIMALS)?,
-        cell(row.gap_px, PX_DECIMALS)?,
-        cell(row.gap_mm, MM_DECIMALS)?,
-        cell(row.mismatch_px, PX_DECIMALS)?,
-        cell(row.shoulder_before_u_px, PX_DECIMALS)?,
-        cell(row.shoulder_before_v_px, PX_DECIMALS)?,
-        cell(row.shoulder_behind_u_px, PX_DECIMALS)?,
-        cell(row.shoulder_behind_v_px, PX_DECIMALS)?,
-        cell(row.travel_mm, MM_DECIMALS)?,
-    ])
 }
 
 /// `value` with `decimals` decimals, without a negative zero.
@@ -310,7 +370,7 @@ pub fn read_path_csv(path: &Path) -> Result<Vec<PathRow>, ResultsError> {
             let problem = format!("frame {} stands where {expected} is due; frames count from 0", row.frame);
             return Err(ResultsError::content(path, problem));
         }
-        if !numbers(&row).into_iter().flatten().all(f64::is_finite) {
+        if !row.numbers().all(f64::is_finite) {
             let problem = format!("frame {} has a value that is not finite; leave the cell empty", row.frame);
             return Err(ResultsError::content(path, problem));
         }
@@ -319,37 +379,20 @@ pub fn read_path_csv(path: &Path) -> Result<Vec<PathRow>, ResultsError> {
     Ok(rows)
 }
 
-fn numbers(row: &PathRow) -> [Option<f64>; 21] {
-    [
-        Some(row.time_s),
-        row.kcf_u_px,
-        row.kcf_v_px,
-        row.psr,
-        row.u_px,
-        row.v_px,
-        row.x_mm,
-        row.x_std_mm,
-        row.nis,
-        row.smooth_u_px,
-        row.smooth_v_px,
-        row.smooth_x_mm,
-        row.smooth_x_std_mm,
-        row.gap_px,
-        row.gap_mm,
-        row.mismatch_px,
-        row.shoulder_before_u_px,
-        row.shoulder_before_v_px,
-        row.shoulder_behind_u_px,
-        row.shoulder_behind_v_px,
-        row.travel_mm,
-    ]
-}
-
 fn zero_or_one<'de, D: Deserializer<'de>>(cell: D) -> Result<bool, D::Error> {
     match u8::deserialize(cell)? {
         0 => Ok(false),
         1 => Ok(true),
         other => Err(serde::de::Error::custom(format!("expected 0 or 1, got {other}"))),
+    }
+}
+
+fn empty_zero_or_one<'de, D: Deserializer<'de>>(cell: D) -> Result<Option<bool>, D::Error> {
+    match Option::<u8>::deserialize(cell)? {
+        None => Ok(None),
+        Some(0) => Ok(Some(false)),
+        Some(1) => Ok(Some(true)),
+        Some(other) => Err(serde::de::Error::custom(format!("expected 0, 1 or nothing, got {other}"))),
     }
 }
 
@@ -385,10 +428,17 @@ mod tests {
             lines[0],
             "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
              smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm,gap_px,gap_mm,mismatch_px,\
-             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm"
+             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm,\
+             lateral_mm,height_mm,lateral_std_mm,height_std_mm,calib_lateral_std_mm,calib_height_std_mm,calibrated,\
+             gap_std_mm,hi_lo_mm,hi_lo_std_mm,groove_width_mm,groove_width_std_mm,depth_mm,depth_std_mm,\
+             opening_angle_deg,opening_angle_std_deg,root_opening_mm,root_opening_std_mm,area_mm2,area_std_mm2,\
+             along_std_px,smooth_along_std_px"
         );
-        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,,,,,,,,,");
-        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,,,,,,,,,");
+        assert_eq!(
+            lines[1],
+            format!("0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000{}", ",".repeat(34))
+        );
+        assert_eq!(lines[2], format!("1,\"a,b.png\",0.200,lost,,,,0{}", ",".repeat(39)));
     }
 
     #[test]
@@ -406,7 +456,7 @@ mod tests {
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()
-            .zip(["height_mm", "3.5"])
+            .zip(["brightness", "3.5"])
             .map(|(line, cell)| format!("{line},{cell}\n"))
             .collect();
         std::fs::write(&path, wider).unwrap();

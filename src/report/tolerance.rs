@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use super::results::Estimator;
 use super::run::Run;
+use crate::units::LengthUnit;
 
 /// What the path is held against.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -72,21 +73,21 @@ impl Run {
         if has_smoothed { Estimator::Smoothed } else { Estimator::Filtered }
     }
 
-    /// How far the path lies from what a tolerance holds it against \[mm\].
+    /// How far the path lies from what a tolerance holds it against, in the run's unit.
     #[must_use]
-    pub fn deviation_mm(&self) -> (Reference, Vec<Option<f64>>) {
+    pub fn deviation(&self) -> (Reference, Vec<Option<f64>>) {
         let estimator = self.best_estimator();
-        match self.error_mm(estimator) {
-            Some(error_mm) => (Reference::Truth, error_mm),
-            None => (Reference::Origin, self.position_mm(estimator, self.origin_px())),
+        match self.error(estimator) {
+            Some(errors) => (Reference::Truth, errors),
+            None => (Reference::Origin, self.position(estimator, &self.ruler())),
         }
     }
 
-    /// The run within the tolerance that was asked for, if one was.
+    /// The run within the tolerance that was asked for, if one was and lengths are in millimetres.
     #[must_use]
     pub fn tolerance(&self) -> Option<Tolerance> {
-        let tolerance_mm = self.summary.limits.tolerance_mm?;
-        let (reference, deviation_mm) = self.deviation_mm();
+        let tolerance_mm = self.summary.limits.tolerance_mm.filter(|_| self.unit() == LengthUnit::Mm)?;
+        let (reference, deviation_mm) = self.deviation();
         let known: Vec<f64> = deviation_mm.iter().flatten().copied().collect();
         let inside = known.iter().filter(|mm| mm.abs() <= tolerance_mm).count();
         Some(Tolerance {

@@ -3,6 +3,8 @@
 use super::results::Estimator;
 use super::run::Run;
 use super::summary::{FrameCounts, Joint};
+use crate::eval::wrong_limit;
+use crate::units::LengthUnit;
 
 /// `--max-unavailable` when the summary does not say \[%\]: the contract's default.
 const MAX_UNAVAILABLE_PCT: f64 = 5.0;
@@ -89,7 +91,7 @@ pub fn verdict(run: &Run) -> Verdict {
 /// What speaks against trust. The one place that decides on badge, first sentence and exit code.
 fn doubts(run: &Run) -> (Trust, Vec<String>) {
     let found: Vec<(Trust, String)> =
-        [availability(run), camera(run), truth(run), joint(run), consistency_doubts(run), motion(run)]
+        [availability(run), camera(run), truth(run), joint(run), consistency_doubts(run), motion(run), scale(run)]
             .into_iter()
             .flatten()
             .collect();
@@ -154,7 +156,10 @@ fn truth(run: &Run) -> Doubts {
         let name = estimator.name();
         if errors.wrong_frames > 0 {
             let wrong = errors.wrong_frames;
-            doubts.push((Trust::Bad, format!("{wrong} {name} values claim to be valid and are off by over 1 mm.")));
+            doubts.push((
+                Trust::Bad,
+                format!("{wrong} {name} values claim to be valid and are off by over {}.", wrong_limit(errors.unit)),
+            ));
         }
         if let Some(coverage) = errors.coverage_2sigma.filter(|coverage| *coverage < MIN_COVERAGE) {
             let percent = 100.0 * coverage;
@@ -203,6 +208,23 @@ fn motion(run: &Run) -> Doubts {
     vec![(Trust::Check, text)]
 }
 
+/// Lengths in pixels, and millimetres beyond what was calibrated.
+fn scale(run: &Run) -> Doubts {
+    let calibration = &run.summary.calibration;
+    if calibration.sensor().unit() == LengthUnit::Px {
+        let text = "Lengths are in pixels, since no scale was given: --mm-per-px, or --calibration with a file of `seamtrack calibrate`.";
+        return vec![(Trust::Check, text.into())];
+    }
+    let outside = run.rows.iter().filter(|row| row.calibrated == Some(false)).count();
+    if outside == 0 {
+        return vec![];
+    }
+    let text = format!(
+        "On {outside} frames the seam lies outside of what was calibrated: their millimetres are extrapolated."
+    );
+    vec![(Trust::Check, text)]
+}
+
 fn facts(run: &Run) -> Vec<String> {
     let summary = &run.summary;
     let mut facts = Vec::new();
@@ -210,8 +232,24 @@ fn facts(run: &Run) -> Vec<String> {
         for estimator in [Estimator::Filtered, Estimator::Smoothed] {
             if let Some(e) = errors.of(estimator) {
                 let name = estimator.name();
-                facts.push(format!("Error {name}: mean {:.3} mm, maximum {:.3} mm.", e.mae_mm, e.max_mm));
+                facts.push(format!(
+                    "Error {name}: mean {:.3} {unit}, maximum {:.3} {unit}.",
+                    e.mae,
+                    e.max,
+                    unit = e.unit
+                ));
             }
+        }
+    }
+    if let Some(plane) = &summary.plane_errors {
+        for (name, e) in [("Lateral", &plane.lateral), ("Height", &plane.height)] {
+            facts.push(format!(
+                "{name} error in the laser's plane: mean {:+.3} mm (σ of the calibration {}), scatter {:.3} mm (σ of the noise {:.3}).",
+                e.bias_mm,
+                e.calib_std_mm.map_or_else(|| "unknown".to_owned(), |std| format!("{std:.3}")),
+                e.scatter_mm,
+                e.noise_std_mm
+            ));
         }
     }
     facts.extend(run.tolerance().map(|tolerance| tolerance.sentence()));
@@ -228,13 +266,7 @@ fn facts(run: &Run) -> Vec<String> {
             facts.push(format!("{count} frames {what}."));
         }
     }
-    let calibration = &summary.calibration;
-    facts.push(format!(
-        "{} mm/px ({}), {} stripe.",
-        calibration.mm_per_px.get(),
-        calibration.source,
-        calibration.stripe
-    ));
+    facts.push(format!("{}, {} stripe.", summary.calibration.words(), summary.calibration.stripe));
     facts.push(format!("Joint: {}; {}.", summary.joint.kind, summary.joint.reason.trim_end_matches('.')));
     facts
 }
@@ -295,11 +327,9 @@ mod tests {
                 input: Input { path: String::new(), width_px: 1, height_px: 1, more: serde_json::Map::new() },
                 config: serde_json::Value::Null,
                 calibration: Calibration {
-                    mm_per_px: MmPerPx::DU_2022,
-                    stripe: StripeAxis::Horizontal,
-                    origin_px: None,
+                    mm_per_px: Some(MmPerPx::DU_2022),
                     source: "default".into(),
-                    more: serde_json::Map::new(),
+                    ..Calibration::unknown(StripeAxis::Horizontal)
                 },
                 limits: Limits::default(),
                 frames: FrameCounts {
@@ -320,6 +350,7 @@ mod tests {
                 },
                 timing: Timing { decode_ms: none, track_ms: none, frames_per_second: 0.0 },
                 errors: None,
+                plane_errors: None,
                 tolerance: None,
             },
         }
@@ -396,15 +427,28 @@ mod tests {
     }
 
     #[test]
+    fn a_path_in_pixels_is_to_be_checked_and_says_what_to_give() {
+        let (trust, doubts) = trust_of(|run| run.summary.calibration = Calibration::unknown(StripeAxis::Horizontal));
+        assert!(trust == Trust::Check && doubts[0].contains("--mm-per-px"), "{doubts:?}");
+    }
+
+    #[test]
+    fn millimetres_outside_of_the_calibrated_range_are_to_be_checked() {
+        let (trust, doubts) = trust_of(|run| run.rows[7].calibrated = Some(false));
+        assert!(trust == Trust::Check && doubts[0].contains("On 1 frames"), "{doubts:?}");
+    }
+
+    #[test]
     fn smoothed_values_that_are_wrong_are_as_bad_as_filtered_ones() {
         let wrong = |wrong_frames| Errors {
+            unit: LengthUnit::Mm,
             frames: 100,
-            mae_mm: 0.02,
-            max_mm: 2.6,
-            std_mm: 0.1,
-            rmse_mm: 0.1,
-            p95_mm: 0.1,
-            bias_mm: 0.0,
+            mae: 0.02,
+            max: 2.6,
+            std: 0.1,
+            rmse: 0.1,
+            p95: 0.1,
+            bias: 0.0,
             coverage_2sigma: Some(0.95),
             wrong_frames,
             unavailable_frames: 0,

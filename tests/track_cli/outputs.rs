@@ -180,7 +180,7 @@ fn a_manifest_of_two_recordings_gives_each_what_it_gets_alone() {
     let all = || {
         let mut command = seamtrack();
         command.arg("track").arg("--manifest").arg(&manifest).arg("-o").arg(&output);
-        command.args(["--joint", "butt", "--jobs", "2", "--quiet"]);
+        command.args(["--joint", "butt", "--mm-per-px", "0.073", "--jobs", "2", "--quiet"]);
         command
     };
     all().assert().success();

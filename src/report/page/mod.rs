@@ -17,9 +17,11 @@ use super::head::head;
 use super::model::{PageModel, image, several, single};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
-use super::table::{HEADS, TableRow, error_rows};
+use super::table::{TableRow, error_rows, heads};
 use super::thumbnails::Thumbnail;
 use super::verdict::{Verdict, verdict};
+use crate::eval::wrong_limit;
+use crate::units::LengthUnit;
 
 /// Default limit of a page's size \[bytes\].
 pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
@@ -49,7 +51,7 @@ pub fn write_report(path: &Path, run: &Run, max_bytes: usize) -> Result<(), Resu
         (headline(&verdict, &summary.input.path))
         (plots(true))
         section.details {
-            (figures(&error_rows(run), "Track again with "))
+            (figures(&error_rows(run), run.unit(), "Track again with "))
             (timing(summary))
             (configuration(summary))
         }
@@ -71,7 +73,7 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
             ul.facts { @for run in runs { (verdict_of(run)) } }
         }
         (plots(false))
-        section.details { (figures(rows, "Give one of the runs ")) }
+        section.details { (figures(rows, runs.first().map_or(LengthUnit::Mm, Run::unit), "Give one of the runs ")) }
     };
     let thumbnails = runs.iter().map(|run| &run.thumbnails).find(|list| !list.is_empty());
     write_page(path, "comparison – seamtrack", model, thumbnails.map_or(&[], Vec::as_slice), &body, max_bytes)
@@ -171,7 +173,7 @@ pub(super) fn plots(single: bool) -> Markup {
 }
 
 /// The papers' table; without a truth, `remedy` says who is to be given one.
-fn figures(rows: &[TableRow], remedy: &str) -> Markup {
+fn figures(rows: &[TableRow], unit: LengthUnit, remedy: &str) -> Markup {
     html! {
         section.figures {
             h2 { "Errors along the stripe" }
@@ -180,11 +182,11 @@ fn figures(rows: &[TableRow], remedy: &str) -> Markup {
             } @else {
                 div.scroll {
                     table {
-                        thead { tr { th {} @for head in HEADS { th scope="col" { (head) } } } }
+                        thead { tr { th {} @for head in heads(unit) { th scope="col" { (head) } } } }
                         tbody { @for row in rows {
                             tr {
                                 th scope="row" { (row.name) }
-                                @for (head, cell) in HEADS.iter().zip(&row.cells) { td data-head=(head) { (cell) } }
+                                @for (head, cell) in heads(unit).iter().zip(&row.cells) { td data-head=(head) { (cell) } }
                             }
                         } }
                     }
@@ -192,7 +194,7 @@ fn figures(rows: &[TableRow], remedy: &str) -> Markup {
                 p.note {
                     "SD is that of the absolute error, as in the papers. RMSE: root of the mean square. P95: 95 % of the frames have a "
                     "smaller error. Bias: the mean error with its sign. In ±2σ: 95 % where σ is right. Wrong: a valid value "
-                    "off by over 1 mm. Unavailable: no value after the seam was first confirmed."
+                    "off by over " (wrong_limit(unit)) ". Unavailable: no value after the seam was first confirmed."
                 }
             }
         }

@@ -16,6 +16,7 @@ use crate::report::places::{self, places};
 use crate::report::results::PathRow;
 use crate::report::summary::Limits;
 use crate::report::thumbnails::read_thumbnails;
+use crate::units::LengthUnit;
 
 const MM_DECIMALS: i32 = 5;
 /// 95 % of a χ² variable with two degrees of freedom: position and displacement.
@@ -110,7 +111,7 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
     let as_path =
         |row: &PoolRow| PathRow { nis: row.nis, ..PathRow::empty(row.frame, String::new(), row.time_s, row.status) };
     let path_rows: Vec<PathRow> = rows.iter().map(as_path).collect();
-    let found = places(&path_rows, &[], &[], &Limits::default());
+    let found = places(&path_rows, (&[], LengthUnit::Mm), &[], &Limits::default());
     PageModel {
         frames: rows.len(),
         time_s: Rounded::new(rows.iter().map(|row| Some(row.time_s)).collect(), 6),
@@ -121,7 +122,6 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
             width: summary.input.width_px,
             height: summary.input.height_px,
             axis: "horizontal".into(),
-            mm_per_px: calibration.mm_per_px.get(),
             points: vec![],
             images: vec![],
         },
@@ -135,7 +135,7 @@ const HEADS: [&str; 4] = ["mean abs. [mm]", "max [mm]", "SD [mm]", "bias [mm]"];
 
 fn figures(errors: &PoolErrors) -> maud::Markup {
     let lines = [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)];
-    let cells = |e: &Errors| [e.mae_mm, e.max_mm, e.std_mm, e.bias_mm].map(|mm| format!("{mm:.4}"));
+    let cells = |e: &Errors| [e.mae, e.max, e.std, e.bias].map(|mm| format!("{mm:.4}"));
     html! {
         section.figures {
             h2 { "Errors" }
