@@ -250,3 +250,90 @@ fn a_comparison_is_drawn_with_a_ribbon_for_each_run() {
     }
     assert_quiet_and_offline(&page, &file);
 }
+
+/// `seamtrack` with arguments, in a folder; exit code 3 says BAD and is none of a page's business.
+fn seamtrack(folder: &Path, arguments: &[&str]) {
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack")).current_dir(folder).args(arguments).output();
+    let run = run.unwrap();
+    assert!(matches!(run.status.code(), Some(0 | 3)), "{arguments:?}: {}", String::from_utf8_lossy(&run.stderr));
+}
+
+fn fixture(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name).display().to_string()
+}
+
+#[test]
+fn every_page_of_the_demonstration_and_of_a_batch_fits_every_window() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let (butt, hairline) = (fixture("demo-butt"), fixture("demo-hairline"));
+    let (butt_truth, hairline_truth) = (format!("{butt}/truth.csv"), format!("{hairline}/truth.csv"));
+    let list =
+        format!("input,truth\n{butt},{butt_truth}\ncovers,covers/truth.csv\n{hairline},{hairline_truth}\nnowhere,\n");
+    std::fs::write(dir.path().join("list.csv"), list).unwrap();
+    let run = |arguments: &str| seamtrack(dir.path(), &arguments.split(' ').collect::<Vec<_>>());
+    run("synth H-butt-covers --seed 61 --frames 120 -o covers");
+    for more in ["robust --mm-per-px 0.073 --tolerance 0.1 --speed 5", "paper --preset paper", "pixels"] {
+        let arguments = format!("track --manifest list.csv --quiet -o {more}");
+        let one_is_missing = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack"))
+            .current_dir(dir.path())
+            .args(arguments.split(' '))
+            .status();
+        assert_eq!(one_is_missing.unwrap().code(), Some(1));
+    }
+    run("compare robust paper -o methods.html");
+    run("compare robust/covers paper/covers -o comparison.html");
+    let pages = [
+        "robust/demo-butt/report.html",
+        "robust/covers/report.html",
+        "robust/demo-hairline/report.html",
+        "pixels/demo-butt/report.html",
+        "comparison.html",
+        "robust/index.html",
+        "methods.html",
+    ];
+    for name in pages {
+        let file = dir.path().join(name);
+        let is_static = name.ends_with("index.html") || name == "methods.html";
+        for (window, scheme) in WINDOWS.into_iter().flat_map(|window| [(window, "light"), (window, "dark")]) {
+            if is_static {
+                page.show_static(&file, window, scheme);
+            } else {
+                page.show(&file, window, scheme);
+            }
+            assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{name} {window:?}");
+            let shot = name.replace(".html", "").replace('/', "-");
+            page.screenshot(&screenshot(&format!("demo-{shot}-{}-{scheme}", window.0)));
+        }
+    }
+    assert_eq!(page.complaints(), Vec::<String>::new());
+}
+
+/// Labels the parts of the page that the README explains, and takes its picture.
+#[test]
+#[ignore = "makes docs/pictures/report.png: make pictures"]
+fn the_picture_of_the_readme() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &str| seamtrack(dir.path(), &arguments.split(' ').collect::<Vec<_>>());
+    run("synth H-butt-covers --seed 61 --frames 120 -o covers");
+    run("track covers --truth covers/truth.csv --mm-per-px 0.073 --speed 5 --quiet -o result");
+    page.show(&dir.path().join("result/report.html"), (1366, 1290), "light");
+    page.evaluate(
+        "(() => {
+           document.querySelector('.program').textContent = 'seamtrack · covers';
+           const parts = ['.light', '#plot-status h2', '#plot-path h2', '#plot-gap h2', '#plot-error h2', '#viewer .now b', '#places h2', '.diagnostics summary'];
+           parts.forEach((selector, k) => {
+             const box = document.querySelector(selector).getBoundingClientRect();
+             const label = document.createElement('div');
+             label.textContent = k + 1;
+             label.style = `position:absolute;left:${Math.max(box.left + scrollX - 25, 3)}px;top:${box.top + scrollY + box.height / 2 - 11}px;width:22px;height:22px;border-radius:11px;background:#b23a06;color:#fff;font:600 13px/22px system-ui;text-align:center;z-index:9`;
+             document.body.append(label);
+           });
+           goTo(60, true);
+         })()",
+    );
+    page.settle();
+    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures/report.png");
+    page.screenshot(&picture);
+}

@@ -11,12 +11,13 @@ use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::pool::{
-    PoolCalibration, PoolErrors, PoolInput, PoolSummary, SENSOR, draw, write_pool_csv, write_pool_report,
-    write_pool_summary,
+    PoolCalibration, PoolErrors, PoolInput, PoolSummary, PoolVerdict, SENSOR, draw, pool_verdict, write_pool_csv,
+    write_pool_report, write_pool_summary,
 };
 use seamtrack::report::results::{PathRow, Status};
 use seamtrack::report::summary::SCHEMA_VERSION;
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
+use seamtrack::report::verdict::Trust;
 use seamtrack::run::meltpool::{PoolOutcome, PoolSettings, measure_pool};
 use seamtrack::source::{Period, SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
@@ -238,13 +239,13 @@ impl Meltpool {
                 place.finish(writer, folder)?;
             }
         }
+        let verdict = pool_verdict(&summary, &outcome.rows);
         let mut said = String::new();
         if !self.quiet {
-            said = text(&outcome, &summary);
+            said = text(&outcome, &summary, &verdict);
             said += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        let unavailable = 100.0 * outcome.unavailable_frames() as f64;
-        Ok((unavailable <= self.max_unavailable * outcome.rows.len() as f64, said))
+        Ok((verdict.trust != Trust::Bad, said))
     }
 
     /// The user's time between frames, else a video's own, else the paper's.
@@ -297,7 +298,11 @@ impl Meltpool {
                 scale: serde_json::to_value(outcome.scale)?,
             },
             config: serde_json::to_value(settings)?,
-            calibration: PoolCalibration { mm_per_px: settings.mm_per_px, zero_px: settings.zero_px },
+            calibration: PoolCalibration {
+                mm_per_px: settings.mm_per_px,
+                zero_px: settings.zero_px,
+                assumed: self.mm_per_px.is_none(),
+            },
             noise: json!({
                 "measurement_px2": outcome.noise.measurement_px2,
                 "drive": outcome.noise.drive,
@@ -354,15 +359,11 @@ fn write_trace(path: &Path, outcome: &PoolOutcome) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
-    let counts = &outcome.counts;
-    let mut text = format!(
-        "measured in {} of {} frames, predicted in {}, no value in {}\n",
-        counts.tracked,
-        counts.total,
-        counts.coasting,
-        counts.total - counts.tracked - counts.coasting
-    );
+fn text(outcome: &PoolOutcome, summary: &PoolSummary, verdict: &PoolVerdict) -> String {
+    let mut text = format!("{} {}\n", verdict.trust.word().to_uppercase(), verdict.sentence);
+    for doubt in &verdict.doubts {
+        text += &format!("  {doubt}\n");
+    }
     for (reason, frames) in outcome.refused() {
         text += &format!("  not taken, {reason}: {frames}\n");
     }

@@ -340,7 +340,7 @@ pub fn write_path_csv(path: &Path, rows: &[PathRow]) -> Result<(), ResultsError>
             if let Some(value) = row.numbers().find(|value| !value.is_finite()) {
                 return Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame)));
             }
-            csv.write_record(&row.cells(time_decimals))?;
+            csv.write_record(row.cells(time_decimals))?;
         }
         csv.flush()
     })

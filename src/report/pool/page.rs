@@ -6,6 +6,8 @@ use maud::html;
 
 use super::results::{PoolRow, read_pool_csv};
 use super::summary::{PoolErrors, PoolSummary, read_pool_summary};
+use super::truth::truth_beside;
+use super::verdict::pool_verdict;
 use crate::eval::Errors;
 use crate::report::atomic::ResultsError;
 use crate::report::model::{
@@ -33,11 +35,14 @@ pub fn write_pool_report(dir: &Path) -> Result<(), ResultsError> {
     let rows = read_pool_csv(&dir.join("path.csv"))?;
     let thumbnails = read_thumbnails(dir)?;
     let measure = summary.config.get("measure").and_then(|value| value.as_str()).unwrap_or("tip").to_owned();
+    let verdict = pool_verdict(&summary, &rows);
+    let truth_px = truth_beside(dir, &summary, rows.len())?;
     let title = format!("{} – seamtrack", summary.input.path);
     let body = html! {
-        header.headline {
+        header class={ "headline " (verdict.trust.word()) } {
             p.program { "seamtrack meltpool · " (summary.input.path) }
-            h1 { (headline(&summary)) }
+            h1 { span.light { (verdict.trust.word()) } " " (verdict.sentence) }
+            @if !verdict.doubts.is_empty() { ul.doubts { @for doubt in &verdict.doubts { li { (doubt) } } } }
             ul.facts { @for fact in facts(&summary) { li { (fact) } } }
         }
         (plots(true))
@@ -56,18 +61,11 @@ pub fn write_pool_report(dir: &Path) -> Result<(), ResultsError> {
     write_page(
         &dir.join("report.html"),
         &title,
-        model(&summary, &rows, &measure),
+        model(&summary, &rows, &measure, truth_px.as_deref()),
         &thumbnails,
         &body,
         DEFAULT_MAX_BYTES,
     )
-}
-
-/// One sentence: in how many frames the measure was taken.
-#[must_use]
-pub(super) fn headline(summary: &PoolSummary) -> String {
-    let frames = &summary.frames;
-    format!("measured in {} of {} frames, predicted in {}", frames.tracked, frames.total, frames.coasting)
 }
 
 fn facts(summary: &PoolSummary) -> Vec<String> {
@@ -80,7 +78,7 @@ fn facts(summary: &PoolSummary) -> Vec<String> {
     facts
 }
 
-fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
+fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str, truth_px: Option<&[Option<f64>]>) -> PageModel {
     let calibration = summary.calibration;
     let column = |of: &dyn Fn(&PoolRow) -> Option<f64>| -> Vec<Option<f64>> { rows.iter().map(of).collect() };
     let mm = |px: f64| calibration.mm_per_px.get() * (px - calibration.zero_px);
@@ -96,10 +94,15 @@ fn model(summary: &PoolSummary, rows: &[PoolRow], measure: &str) -> PageModel {
         },
         curve("smoothed", "smoothed", column(&|row| row.smooth_mm), MM_DECIMALS),
     ];
+    let truth = truth_px.map(|truth| truth.iter().map(|px| px.map(mm)).collect());
+    path.extend(truth.map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
     path.retain(Series::has_values);
-    let title = if measure == "width" { "Width with ±2σ" } else { "Offset of the seam with ±2σ" };
+    let (title, note) = match measure {
+        "width" => ("Width", "The longest cut through the pool across the travel. Band: ±2σ."),
+        _ => ("Offset of the seam", "How far the pool's tip lies beside the zero, across the travel. Band: ±2σ."),
+    };
     let charts = vec![
-        Chart { series: path, ..chart("path", title, "mm", 4) },
+        Chart { series: path, note: note.to_owned(), ..chart("path", title, "mm", 4) },
         Chart {
             log: true,
             series: vec![Series { dots: true, ..curve("NIS", "filtered", column(&|row| row.nis), 3) }],
