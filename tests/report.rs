@@ -83,7 +83,7 @@ fn a_run_without_a_truth_is_held_against_the_others_and_mixed_scales_are_said() 
         .assert()
         .success()
         .stdout(predicate::str::contains("bare, smoothed").and(predicate::str::contains("known, smoothed")))
-        .stderr(predicate::str::contains("different scales (0.05, 0.073 mm/px)"));
+        .stderr(predicate::str::contains("different scales (bare: 0.05 mm/px"));
     assert!(std::fs::read_to_string(&page).unwrap().contains("different scales"));
 }
 

@@ -253,7 +253,7 @@ fn row(entry: &Entry) -> Markup {
                 dl {
                     div { dt { "value on" } dd { (fixed(figures.value_pct, 1)) " %" } }
                     @if let Some(errors) = figures.smoothed.or(figures.filtered) {
-                        div { dt { "mean / max error" } dd { (fixed(errors.mae, 3)) " / " (fixed(errors.max, 3)) " " (errors.unit) } }
+                        div { dt { "error, mean / max" } dd { (fixed(errors.mae, 3)) " / " (fixed(errors.max, 3)) " " (errors.unit) } }
                     }
                     @if let Some(percent) = figures.inside_pct {
                         div { dt { "in tolerance" } dd { (fixed(percent, 1)) " %" } }

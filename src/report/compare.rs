@@ -96,11 +96,13 @@ pub fn lend_truth(runs: &mut [Run]) {
 /// A sentence where the runs do not share one scale: their millimetres are not the same.
 #[must_use]
 pub fn mixed_scales(runs: &[Run]) -> Option<String> {
-    let mut scales: Vec<String> = runs.iter().map(|run| run.summary.calibration.words()).collect();
-    scales.sort();
-    scales.dedup();
-    let list = scales.join("; ");
-    (scales.len() > 1).then(|| format!("The runs have different scales ({list}): each one's lengths are its own."))
+    let first = runs.first()?.summary.calibration.sensor();
+    if runs.iter().all(|run| run.summary.calibration.sensor() == first) {
+        return None;
+    }
+    let list: Vec<String> =
+        runs.iter().map(|run| format!("{}: {}", run.name, run.summary.calibration.words())).collect();
+    Some(format!("The runs have different scales ({}): each one's lengths are its own.", list.join("; ")))
 }
 
 /// The papers' table over all runs: each run's estimates one after another. Without any truth there are no rows.

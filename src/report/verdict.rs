@@ -3,6 +3,7 @@
 use super::results::Estimator;
 use super::run::Run;
 use super::summary::{FrameCounts, Joint};
+use super::tolerance::Reference;
 use crate::eval::wrong_limit;
 use crate::units::LengthUnit;
 
@@ -10,6 +11,8 @@ use crate::units::LengthUnit;
 const MAX_UNAVAILABLE_PCT: f64 = 5.0;
 /// Above this share of coasting frames a person should look \[%\]: chosen, the same as for unavailable ones.
 const MAX_COASTING_PCT: f64 = 5.0;
+/// Above this share of frames outside of `--tolerance` a person should look \[%\]: chosen, the same as for unavailable ones.
+const MAX_OUTSIDE_PCT: f64 = 5.0;
 /// Fewer measurements say nothing of the share: chosen, one in twenty has to be expected at all.
 const LEAST_MEASURED: usize = 20;
 /// Below this share within 2 σ of the truth σ is not to be believed: chosen.
@@ -90,11 +93,19 @@ pub fn verdict(run: &Run) -> Verdict {
 
 /// What speaks against trust. The one place that decides on badge, first sentence and exit code.
 fn doubts(run: &Run) -> (Trust, Vec<String>) {
-    let found: Vec<(Trust, String)> =
-        [availability(run), camera(run), truth(run), joint(run), consistency_doubts(run), motion(run), scale(run)]
-            .into_iter()
-            .flatten()
-            .collect();
+    let found: Vec<(Trust, String)> = [
+        availability(run),
+        camera(run),
+        truth(run),
+        tolerance(run),
+        joint(run),
+        consistency_doubts(run),
+        motion(run),
+        scale(run),
+    ]
+    .into_iter()
+    .flatten()
+    .collect();
     let worst = found.iter().map(|&(trust, _)| trust).max().unwrap_or(Trust::Good);
     (worst, found.into_iter().map(|(_, doubt)| doubt).collect())
 }
@@ -168,6 +179,20 @@ fn truth(run: &Run) -> Doubts {
         }
     }
     doubts
+}
+
+/// A path that the truth puts outside of the tolerance more often than σ allows. How far the seam itself wanders from x = 0 says
+/// nothing of trust.
+fn tolerance(run: &Run) -> Doubts {
+    let Some(tolerance) = run.tolerance().filter(|tolerance| tolerance.reference == Reference::Truth) else {
+        return vec![];
+    };
+    let outside_pct = 100.0 - tolerance.inside_pct;
+    if outside_pct <= MAX_OUTSIDE_PCT {
+        return vec![];
+    }
+    let text = format!("The path is outside of ±{} mm on {outside_pct:.1} % of the frames.", tolerance.tolerance_mm);
+    vec![(Trust::Check, text)]
 }
 
 /// A joint that is not the one asked for, or may be none.
@@ -461,6 +486,26 @@ mod tests {
         assert_eq!(trust_of(|run| run.summary.errors = Some(table(0, 0))).0, Trust::Good);
         assert_eq!(trust_of(|run| run.summary.errors = Some(table(0, 3))).0, Trust::Bad);
         assert_eq!(trust_of(|run| run.summary.errors = Some(table(1, 0))).0, Trust::Bad);
+    }
+
+    #[test]
+    fn a_path_that_leaves_the_tolerance_round_the_truth_is_to_be_checked_and_a_seam_that_wanders_is_not() {
+        let wandering = |truth_px: Option<f64>| {
+            move |run: &mut Run| {
+                run.summary.limits.tolerance_mm = Some(0.3);
+                for row in &mut run.rows {
+                    // 0.073 mm from frame to frame.
+                    (row.u_px, row.v_px) = (Some(row.frame as f64), Some(240.0));
+                }
+                let truth =
+                    |row: &PathRow| truth_px.map(|off_px| row.frame as f64 + if row.frame < 10 { off_px } else { 0.0 });
+                run.truth_px = truth_px.map(|_| run.rows.iter().map(truth).collect());
+            }
+        };
+        let (trust, doubts) = trust_of(wandering(Some(5.0)));
+        assert!(trust == Trust::Check && doubts[0].contains("±0.3 mm on 10.0 %"), "{doubts:?}");
+        assert_eq!(trust_of(wandering(Some(4.0))).0, Trust::Good);
+        assert_eq!(trust_of(wandering(None)).0, Trust::Good);
     }
 
     #[test]

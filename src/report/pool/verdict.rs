@@ -24,11 +24,20 @@ pub fn pool_verdict(summary: &PoolSummary, rows: &[PoolRow]) -> PoolVerdict {
     let frames = &summary.frames;
     let total = frames.total.max(1);
     let percent = |count: usize| 100.0 * count as f64 / total as f64;
-    let without_value = rows.iter().filter(|row| row.filtered_px.is_none()).count();
-    let sentence = format!(
-        "Measured in {} of {} frames, predicted in {}, no value in {without_value}.",
+    let unfiltered = rows.iter().filter(|row| row.filtered_px.is_none());
+    // The filter begins with two measures: those frames have a value, but none of its.
+    let (began, without_value) = unfiltered.fold((0, 0), |(began, without), row| match row.measured_px {
+        Some(_) => (began + 1, without),
+        None => (began, without + 1),
+    });
+    let mut sentence = format!(
+        "Measured in {} of {} frames, predicted in {}, no value in {without_value}",
         frames.tracked, frames.total, frames.coasting
     );
+    if began > 0 {
+        sentence += &format!("; {began} measured without the filter");
+    }
+    sentence.push('.');
     let mut found: Vec<(Trust, String)> = vec![];
     let limit = summary.max_unavailable_pct;
     let grave = |count: usize| if percent(count) > limit { Trust::Bad } else { Trust::Check };
@@ -127,7 +136,7 @@ mod tests {
     fn a_picture_that_cuts_the_pool_says_so_first_and_what_to_change() {
         let verdict = judged(|summary, rows| {
             summary.refused.insert("border-side".into(), 60);
-            rows.iter_mut().take(60).for_each(|row| row.filtered_px = None);
+            rows.iter_mut().take(60).for_each(|row| (row.measured_px, row.filtered_px) = (None, None));
         });
         assert!(verdict.trust == Trust::Bad && verdict.doubts[0].starts_with("The picture cuts the pool on 60 frames"));
     }
@@ -137,7 +146,13 @@ mod tests {
         assert_eq!(judged(|_, rows| rows[7].filtered_px = Some(-0.5)).trust, Trust::Bad);
         assert_eq!(judged(|summary, _| summary.calibration.assumed = true).trust, Trust::Check);
         assert_eq!(judged(|summary, _| summary.frames.coasting = 6).trust, Trust::Check);
-        let late = judged(|_, rows| rows.iter_mut().take(20).for_each(|row| row.filtered_px = None));
+        let late = judged(|_, rows| {
+            rows.iter_mut().take(20).for_each(|row| (row.measured_px, row.filtered_px) = (None, None))
+        });
         assert_eq!(late.trust, Trust::Bad, "frames before the first value count");
+        let begins = judged(|_, rows| rows.iter_mut().take(20).for_each(|row| row.filtered_px = None));
+        assert!(
+            begins.trust == Trust::Good && begins.sentence.ends_with("no value in 0; 20 measured without the filter.")
+        );
     }
 }
