@@ -18,6 +18,7 @@ pub mod marks;
 mod model;
 pub mod overlay;
 pub mod page;
+mod path_row;
 pub mod pool;
 pub mod results;
 pub mod run;
