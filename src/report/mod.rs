@@ -23,6 +23,7 @@ pub mod measures;
 mod model;
 pub mod overlay;
 pub mod page;
+mod path_row;
 pub mod places;
 pub mod pool;
 pub mod results;

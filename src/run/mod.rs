@@ -116,12 +116,15 @@ pub enum RunError {
         roi: PixelRect,
     },
     /// The calibration is of pictures of another size.
-    #[error("{source_name}: {problem}")]
+    #[error(
+        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size",
+        sizes.calibrated_px.0, sizes.calibrated_px.1, sizes.got_px.0, sizes.got_px.1
+    )]
     OtherImageSize {
         /// The calibration.
         source_name: String,
         /// The two sizes.
-        problem: OtherImageSize,
+        sizes: OtherImageSize,
     },
     /// The calibration is of a stripe that runs the other way.
     #[error("{source_name} is of a {calibrated} stripe, but --stripe says {given}: leave --stripe out")]
@@ -286,7 +289,7 @@ impl<'a> Run<'a> {
             return Ok(());
         };
         let source_name = || self.known.source.clone();
-        sensor.expect_size(size_px).map_err(|problem| RunError::OtherImageSize { source_name: source_name(), problem })
+        sensor.expect_size(size_px).map_err(|sizes| RunError::OtherImageSize { source_name: source_name(), sizes })
     }
 
     /// Sets the origin once it is known.

@@ -173,13 +173,16 @@ fn section(fit: &JointFit, model: &JointModel) -> CrossSection {
         let outer = if shoulder.is_some() { plate.unwrap_or(flank) } else { flank };
         Side { outer: point(outer, model.half_window_px), shoulder, inner: point(flank, half_gap_px) }
     };
+    // The share of an even stripe is not in the distance of two edges, which is held by what is known of it.
+    let along_px2 = noise::of_fit(fit) - noise::WHITE_VARIANCE_PX2 + COLOUR_VARIANCE_PX2;
+    let profile = Profile::of(fit, model.kind, along_px2, COLOUR_VARIANCE_PX2);
     CrossSection {
         sides: [
             side(fit.left, fit.plates[0], left_shoulder, -1.0),
             side(fit.right, fit.plates[1], right_shoulder, 1.0),
         ],
-        gap_px: fit.edges.map(|edges| edges.gap_px),
+        gap_px: profile.gap_px,
         mismatch_px: fit.mismatch_px(),
-        profile: Profile::of(fit, model.kind, noise::of_fit(fit) + COLOUR_VARIANCE_PX2, COLOUR_VARIANCE_PX2),
+        profile,
     }
 }
