@@ -12,9 +12,10 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
+use super::charts::{several, single};
 use super::compare::mixed_scales;
 use super::head::head;
-use super::model::{PageModel, image, several, single};
+use super::model::{PageModel, image};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
 use super::table::{TableRow, error_rows, heads};
