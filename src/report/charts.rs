@@ -24,8 +24,11 @@ const MM_DECIMALS: i32 = 4;
 pub(super) fn single(run: &Run) -> PageModel {
     let limits = run.summary.limits;
     let mut charts = vec![path_chart(run)];
-    charts.extend(run.measures.iter().map(measure_chart));
+    // Gap and hi-lo stand before the error, the sizes of a groove behind it.
+    let (fit_up, groove): (Vec<&Measure>, Vec<&Measure>) = run.measures.iter().partition(|measure| measure.is_fit_up());
+    charts.extend(fit_up.into_iter().map(measure_chart));
     charts.extend(error_chart(run));
+    charts.extend(groove.into_iter().map(measure_chart));
     charts.push(Chart {
         series: vec![curve("PSR", "kcf", column(run, |row| row.psr), 2)],
         limits: limits.psr.into_iter().map(|psr| (psr, format!("template learns above {psr}"))).collect(),

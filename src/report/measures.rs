@@ -22,6 +22,14 @@ pub struct Measure {
     pub std: Vec<Option<f64>>,
 }
 
+impl Measure {
+    /// Whether it says how the plates lie to one another: gap and hi-lo.
+    #[must_use]
+    pub fn is_fit_up(&self) -> bool {
+        matches!(self.id, "gap" | "hi-lo")
+    }
+}
+
 struct Kind {
     id: &'static str,
     title: &'static str,
@@ -104,7 +112,11 @@ pub fn read_measures(path: &Path) -> Result<Vec<Measure>, ResultsError> {
             has_values.then(|| Measure { id, title, unit, note, values, std: column(std) })
         })
     };
-    Ok(KINDS.iter().filter_map(measure).collect())
+    let mut measures: Vec<Measure> = KINDS.iter().filter_map(measure).collect();
+    // Of a joint without a groove the root's opening is the gap.
+    let gap = measures.iter().find(|measure| measure.id == "gap").map(|gap| gap.values.clone());
+    measures.retain(|measure| measure.id != "root-opening" || Some(&measure.values) != gap.as_ref());
+    Ok(measures)
 }
 
 #[cfg(test)]
@@ -112,11 +124,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_best_column_with_a_value_is_taken_and_what_is_empty_is_left_out() {
+    fn the_best_column_with_a_value_is_taken_and_what_is_empty_or_said_twice_is_left_out() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("path.csv");
-        let text = "frame,gap_px,gap_mm,mismatch_px,depth_mm,opening_angle_deg,opening_angle_std_deg\n\
-                    0,3.5,,2.0,,59.5,0.4\n1,,,,,,\n";
+        let text = "frame,gap_px,gap_mm,mismatch_px,depth_mm,opening_angle_deg,opening_angle_std_deg,root_opening_mm\n\
+                    0,3.5,,2.0,,59.5,0.4,3.5\n1,,,,,,,\n";
         std::fs::write(&path, text).unwrap();
         let found: Vec<_> =
             read_measures(&path).unwrap().into_iter().map(|m| (m.id, m.unit, m.values, m.std)).collect();
