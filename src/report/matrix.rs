@@ -23,7 +23,7 @@ const HEADS: [&str; 4] = ["mean", "max", "value on [%]", "badge"];
 pub struct Matrix {
     /// The batches' names.
     pub methods: Vec<String>,
-    /// A row for each recording: its name and, for each method, the cells under [`HEADS`]; empty where a batch has no results.
+    /// A row for each recording: its name and, for each method, the mean, the largest error, the share of frames with a value and the badge; empty where a batch has no results.
     pub rows: Vec<(String, Vec<[String; HEADS.len()]>)>,
 }
 
