@@ -68,13 +68,13 @@ fn line(name: &str, scores: &[Score]) -> String {
         let values: Vec<f64> = of(lane).filter_map(figure).collect();
         values.iter().sum::<f64>() / values.len().max(1) as f64
     };
-    let worst = |lane| of(lane).filter_map(|s| Some(s.errors?.max_mm)).fold(0.0, f64::max);
+    let worst = |lane| of(lane).filter_map(|s| Some(s.errors?.max)).fold(0.0, f64::max);
     let sum = |figure: fn(&Score) -> usize| of("filtered").map(figure).sum::<usize>();
     format!(
         "| {name} | {:.4} | {:.2} | {:.4} | {:.2} | {:.3} | {} | {} | {} |",
-        mean("filtered", |s| Some(s.errors?.mae_mm)),
+        mean("filtered", |s| Some(s.errors?.mae)),
         worst("filtered"),
-        mean("smoothed", |s| Some(s.errors?.mae_mm)),
+        mean("smoothed", |s| Some(s.errors?.mae)),
         worst("smoothed"),
         mean("filtered", |s| s.errors?.coverage_2sigma),
         sum(|s| s.errors.map_or(0, |e| e.unavailable_frames)),

@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use crate::calib::KnownSensor;
 use crate::imgproc::MedianKernel;
 use crate::imgproc::geometry::JointKind;
 use crate::kalman::{ColouredMeasurement, InvalidParameter};
@@ -95,8 +96,9 @@ pub struct Config {
     pub stripe: Stripe,
     /// Time from frame to frame \[s\], where the recording has no time stamps. Du 2022: 0.2.
     pub period_s: f64,
-    /// Scale along the stripe \[mm/px\]. Du 2022: 0.073.
-    pub mm_per_px: MmPerPx,
+    /// Scale along the stripe \[mm/px\]; without one lengths stay pixels. The preset paper has that of Du 2022: 0.073.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mm_per_px: Option<MmPerPx>,
     /// Where the seam is in the first frame \[px\], u and v in the image; found by the seed when it is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub seed_at: Option<[f64; 2]>,
@@ -152,7 +154,7 @@ impl Default for Config {
             joint: Joint::Auto,
             stripe: Stripe::Auto,
             period_s: 0.2,
-            mm_per_px: MmPerPx::DU_2022,
+            mm_per_px: None,
             seed_at: None,
             roi: None,
             fixed_lag: None,
@@ -249,6 +251,16 @@ impl Config {
     #[must_use]
     pub fn roi(&self) -> Option<PixelRect> {
         self.roi.map(|[u_px, v_px, width_px, height_px]| PixelRect { u_px, v_px, width_px, height_px })
+    }
+
+    /// The scale that the configuration states, or that belongs to its preset.
+    #[must_use]
+    pub fn sensor(&self) -> KnownSensor {
+        match (self.mm_per_px, self.preset) {
+            (Some(mm_per_px), _) => KnownSensor::scale(mm_per_px, "one scale along the stripe"),
+            (None, Preset::Paper) => KnownSensor::scale(MmPerPx::DU_2022, "the preset's: Du 2022"),
+            (None, Preset::Robust) => KnownSensor::unknown(),
+        }
     }
 
     /// The method that the configuration describes.

@@ -251,9 +251,9 @@ pub fn table(scores: &[Score]) -> String {
         text += &format!(
             "| {scene} | {} | {lane} | {} | {} | {} | {} | {} | {} | {} | {} | {} |\n",
             cell(&floors, 3),
-            pair(|e| e.mae_mm),
-            pair(|e| e.max_mm),
-            cell(&of(|e| e.std_mm), 3),
+            pair(|e| e.mae),
+            pair(|e| e.max),
+            cell(&of(|e| e.std), 3),
             cell(&coverages, 2),
             sum(|s| s.errors.map_or(0, |e| e.wrong_frames)),
             sum(|s| s.errors.map_or(0, |e| e.unavailable_frames)),
@@ -300,7 +300,7 @@ mod tests {
         assert_eq!(scores.len(), 4);
         for score in &scores {
             let errors = score.errors.unwrap();
-            assert!((errors.mae_mm - 0.146).abs() < 1e-9 && errors.std_mm < 1e-9, "{score:?}");
+            assert!((errors.mae - 0.146).abs() < 1e-9 && errors.std < 1e-9, "{score:?}");
         }
         assert_eq!(table(&scores).lines().count(), 4);
     }
@@ -314,7 +314,7 @@ mod tests {
         let far = run(&scenes, &[1], off_by(2.5, Coordinate::Across)).unwrap();
         for (near, far) in near.iter().zip(&far) {
             let (near, far) = (near.errors.unwrap(), far.errors.unwrap());
-            assert!((near.mae_mm - 0.1095).abs() < 1e-9, "{near:?}");
+            assert!((near.mae - 0.1095).abs() < 1e-9, "{near:?}");
             assert_eq!((near.coverage_2sigma, far.coverage_2sigma), (Some(1.0), Some(0.0)));
         }
     }

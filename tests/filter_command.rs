@@ -172,3 +172,20 @@ fn bad_input_gets_one_line_with_the_reason() {
     }
     filter(&[input, "--model", "quadratic"]).assert().code(2);
 }
+
+#[test]
+fn the_table_has_no_more_than_nine_digits() {
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("out");
+    let input = ramp(folder.path());
+    filter(&[input.to_str().unwrap(), "--model", "white", "-o", out.to_str().unwrap()]).assert().success();
+    let text = std::fs::read_to_string(out.join("filter.csv")).unwrap();
+    // The first three columns are the user's own.
+    let cells = text.lines().skip(1).flat_map(|line| line.split(',').skip(3));
+    let significant = |cell: &str| {
+        let mantissa = cell.split('e').next().unwrap_or_default().replace(['-', '.'], "");
+        mantissa.trim_start_matches('0').trim_end_matches('0').len()
+    };
+    let longest = cells.map(significant).max().unwrap();
+    assert!((5..=9).contains(&longest), "{longest} digits");
+}

@@ -49,8 +49,8 @@ impl Figures {
             scene: score.scene.clone(),
             seed: score.seed,
             estimate: score.lane.clone(),
-            mae_mm: rounded(errors.mae_mm),
-            max_mm: rounded(errors.max_mm),
+            mae_mm: rounded(errors.mae),
+            max_mm: rounded(errors.max),
             wrong_frames: errors.wrong_frames,
             unavailable_frames: errors.unavailable_frames,
         }

@@ -69,6 +69,41 @@ fn several_runs_stand_in_one_table_and_one_page() {
 }
 
 #[test]
+fn a_run_without_a_truth_is_held_against_the_others_and_mixed_scales_are_said() {
+    let dir = tempfile::tempdir().unwrap();
+    let (known, bare) = (dir.path().join("known"), dir.path().join("bare"));
+    write_run(&known, 250, GOOD, true);
+    write_run(&bare, 250, GOOD, false);
+    let summary = std::fs::read_to_string(bare.join("summary.json")).unwrap();
+    std::fs::write(bare.join("summary.json"), summary.replace("0.073", "0.05")).unwrap();
+    let page = dir.path().join("comparison.html");
+    let mut compare = seamtrack();
+    compare.arg("compare").args([&bare, &known]).arg("-o").arg(&page);
+    compare
+        .assert()
+        .success()
+        .stdout(predicate::str::contains("bare, smoothed").and(predicate::str::contains("known, smoothed")))
+        .stderr(predicate::str::contains("different scales (bare: 0.05 mm/px"));
+    assert!(std::fs::read_to_string(&page).unwrap().contains("different scales"));
+}
+
+#[test]
+fn every_run_of_a_comparison_has_its_places() {
+    let dir = tempfile::tempdir().unwrap();
+    let names: Vec<String> = (0..6).map(|k| format!("run{k}")).collect();
+    for name in &names {
+        write_run(&dir.path().join(name), 250, GOOD, false);
+    }
+    let mut compare = seamtrack();
+    compare.current_dir(dir.path()).arg("compare").args(&names).assert().success();
+    let page = std::fs::read_to_string(dir.path().join("comparison.html")).unwrap();
+    for name in &names {
+        assert!(page.contains(&format!("\"why\":\"{name}: ")), "{name}");
+    }
+    assert!(page.contains("seamtrack track --truth FILE"), "compare itself has no such option");
+}
+
+#[test]
 fn a_folder_that_is_no_result_is_named() {
     let dir = tempfile::tempdir().unwrap();
     seamtrack().arg("report").arg(dir.path()).assert().code(1).stderr(predicate::str::contains("summary.json"));

@@ -12,7 +12,7 @@ use seamtrack::report::compare::comparison_rows;
 use seamtrack::report::page::{DEFAULT_MAX_BYTES, write_comparison, write_report};
 use seamtrack::report::run::Run;
 
-const WINDOWS: [(u32, u32); 2] = [(1366, 768), (1920, 1080)];
+const WINDOWS: [(u32, u32); 3] = [(1366, 768), (1920, 1080), (390, 844)];
 
 /// The browser, or a loud word that the test was skipped.
 fn page() -> Option<Page> {
@@ -82,11 +82,20 @@ fn the_report_is_drawn_offline_without_complaint_and_nothing_is_cut_off() {
         assert!(drawn.as_u64().unwrap() >= 12, "{drawn} curves have points");
         assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{window:?}");
         page.screenshot(&screenshot(&format!("report-{}-{scheme}", window.0)));
-        page.evaluate("document.querySelector('#viewer button').click(); goTo(123, true)");
+        page.evaluate("document.querySelector('#viewer .tools button').click(); goTo(123, true)");
         page.settle();
         page.screenshot(&screenshot(&format!("report-{}-{scheme}-close-up", window.0)));
+        page.evaluate("document.querySelector('.diagnostics').open = true; scrollTo(0, 1e6)");
+        page.settle();
+        let seen = page.evaluate(
+            "document.querySelector('#plot-nis').scrollIntoView({ block: 'center' }),
+             (box => (Math.min(box.bottom, innerHeight) - Math.max(box.top, 0)) / box.height)(document.querySelector('.picture').getBoundingClientRect())",
+        );
+        assert!(seen.as_f64().unwrap() > 0.9, "the picture stays in view: {seen} of it, {window:?}");
+        page.screenshot(&screenshot(&format!("report-{}-{scheme}-middle", window.0)));
         page.evaluate("scrollTo(0, 1e6)");
         page.settle();
+        assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{window:?}, all of it");
         page.screenshot(&screenshot(&format!("report-{}-{scheme}-bottom", window.0)));
     }
     assert_quiet_and_offline(&page, &file);
@@ -110,7 +119,8 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
         format!("Frame {}", picture.as_str().unwrap()),
         "every frame is stored, so it is the one shown"
     );
-    page.evaluate("document.querySelector('#plot-psr').scrollIntoView({ block: 'center' })");
+    page.evaluate("document.querySelector('.diagnostics').open = true; document.querySelector('#plot-psr').scrollIntoView({ block: 'center' })");
+    page.settle();
     let half = centre_of(&mut page, "#plot-psr svg.chart:last-child", 0.5);
     page.mouse("mouseMoved", half);
     assert_ne!(shown_frame(&mut page), hovered, "hovering another plot shows another frame");
@@ -121,7 +131,7 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
     page.mouse("mouseMoved", (half.0 + 99.0, half.1));
     assert_eq!(shown_frame(&mut page), held, "a click holds the frame");
 
-    page.evaluate("document.querySelector('#worst button').click()");
+    page.evaluate("document.querySelector('#places button').click()");
     page.settle();
     assert_eq!(shown_frame(&mut page), "Frame 126", "the first entry of the list is the loss");
 
@@ -147,6 +157,57 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
     assert_eq!((png[0].as_str(), png[1].as_str()), (Some("p.png"), Some("image/png")));
     assert!(png[2].as_u64().unwrap() > 10_000, "a picture of {} bytes", png[2]);
     std::fs::write(screenshot("exported").with_extension("svg"), svg).unwrap();
+    assert_quiet_and_offline(&page, &file);
+}
+
+#[test]
+fn keys_hide_curves_the_axis_changes_its_unit_and_a_frame_has_an_address() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    write_run(dir.path(), 250, GOOD, true);
+    let file = dir.path().join("report.html");
+    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    page.show(&file, WINDOWS[0], "light");
+
+    let curves =
+        "[document.querySelectorAll('.curve.smoothed').length, document.querySelectorAll('.picture .smoothed').length]";
+    page.evaluate("goTo(50, true)");
+    page.settle();
+    let before = page.evaluate(curves);
+    page.evaluate("document.querySelector('.key[data-look=smoothed]').click()");
+    page.settle();
+    let after = page.evaluate(curves);
+    assert!(after[0].as_u64() < before[0].as_u64() && after[1] == 0 && before[1] == 1, "{before} {after}");
+    assert_eq!(
+        page.evaluate("document.querySelector('#plot-error .key[data-look=smoothed]').getAttribute('aria-pressed')"),
+        "false"
+    );
+
+    let unit = "[...document.querySelectorAll('#plot-path text')].map(text => text.textContent).filter(text => ['frame', 's'].includes(text))";
+    assert_eq!(page.evaluate(unit), serde_json::json!(["frame"]));
+    page.evaluate("[...document.querySelectorAll('#axes button')].find(b => b.textContent === 'Seconds').click()");
+    page.settle();
+    assert_eq!(page.evaluate(unit), serde_json::json!(["s"]));
+    let half = centre_of(&mut page, "#plot-path svg.chart:last-child", 0.5);
+    page.evaluate("view.held = false");
+    page.mouse("mouseMoved", half);
+    let frame: usize = shown_frame(&mut page).trim_start_matches("Frame ").parse().unwrap();
+    assert!((110..=140).contains(&frame), "the middle of the axis is the middle of the recording: {frame}");
+
+    assert_eq!(
+        page.evaluate("goTo(134, true), new Promise(done => setTimeout(() => done(location.hash), 200))"),
+        "#frame=134"
+    );
+    page.evaluate("location.hash = '#frame=77', new Promise(done => setTimeout(done, 200))");
+    assert_eq!(shown_frame(&mut page), "Frame 77");
+    page.evaluate("document.querySelector('.player button').click(), new Promise(done => setTimeout(done, 1500))");
+    page.evaluate("document.querySelector('.player button').click()");
+    page.settle();
+    let played: usize = shown_frame(&mut page).trim_start_matches("Frame ").parse().unwrap();
+    assert!(played > 77, "{played}");
+    page.evaluate("const slider = document.querySelector('.player input'); slider.value = 200; slider.oninput()");
+    page.settle();
+    assert_eq!(shown_frame(&mut page), "Frame 200");
     assert_quiet_and_offline(&page, &file);
 }
 
@@ -181,11 +242,98 @@ fn a_comparison_is_drawn_with_a_ribbon_for_each_run() {
     let runs: Vec<Run> = names.iter().map(|dir| Run::read(dir).unwrap()).collect();
     let file = dir.path().join("comparison.html");
     write_comparison(&file, &runs, &comparison_rows(&runs), DEFAULT_MAX_BYTES).unwrap();
-    for (window, scheme) in [(WINDOWS[0], "dark"), (WINDOWS[1], "light")] {
+    for (window, scheme) in [(WINDOWS[0], "dark"), (WINDOWS[1], "light"), (WINDOWS[2], "dark")] {
         page.show(&file, window, scheme);
         assert_eq!(page.evaluate("document.querySelectorAll('#plot-status').length"), 2);
         assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]));
         page.screenshot(&screenshot(&format!("comparison-{}-{scheme}", window.0)));
     }
     assert_quiet_and_offline(&page, &file);
+}
+
+/// `seamtrack` with arguments, in a folder; exit code 3 says BAD and is none of a page's business.
+fn seamtrack(folder: &Path, arguments: &[&str]) {
+    let run = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack")).current_dir(folder).args(arguments).output();
+    let run = run.unwrap();
+    assert!(matches!(run.status.code(), Some(0 | 3)), "{arguments:?}: {}", String::from_utf8_lossy(&run.stderr));
+}
+
+fn fixture(name: &str) -> String {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures").join(name).display().to_string()
+}
+
+#[test]
+fn every_page_of_the_demonstration_and_of_a_batch_fits_every_window() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let (butt, hairline) = (fixture("demo-butt"), fixture("demo-hairline"));
+    let (butt_truth, hairline_truth) = (format!("{butt}/truth.csv"), format!("{hairline}/truth.csv"));
+    let list =
+        format!("input,truth\n{butt},{butt_truth}\ncovers,covers/truth.csv\n{hairline},{hairline_truth}\nnowhere,\n");
+    std::fs::write(dir.path().join("list.csv"), list).unwrap();
+    let run = |arguments: &str| seamtrack(dir.path(), &arguments.split(' ').collect::<Vec<_>>());
+    run("synth H-butt-covers --seed 61 --frames 120 -o covers");
+    for more in ["robust --mm-per-px 0.073 --tolerance 0.1 --speed 5", "paper --preset paper", "pixels"] {
+        let arguments = format!("track --manifest list.csv --quiet -o {more}");
+        let one_is_missing = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack"))
+            .current_dir(dir.path())
+            .args(arguments.split(' '))
+            .status();
+        assert_eq!(one_is_missing.unwrap().code(), Some(1));
+    }
+    run("compare robust paper -o methods.html");
+    run("compare robust/covers paper/covers -o comparison.html");
+    let pages = [
+        "robust/demo-butt/report.html",
+        "robust/covers/report.html",
+        "robust/demo-hairline/report.html",
+        "pixels/demo-butt/report.html",
+        "comparison.html",
+        "robust/index.html",
+        "methods.html",
+    ];
+    for name in pages {
+        let file = dir.path().join(name);
+        let is_static = name.ends_with("index.html") || name == "methods.html";
+        for (window, scheme) in WINDOWS.into_iter().flat_map(|window| [(window, "light"), (window, "dark")]) {
+            if is_static {
+                page.show_static(&file, window, scheme);
+            } else {
+                page.show(&file, window, scheme);
+            }
+            assert_eq!(page.evaluate(CUT_OFF), serde_json::json!([]), "{name} {window:?}");
+            let shot = name.replace(".html", "").replace('/', "-");
+            page.screenshot(&screenshot(&format!("demo-{shot}-{}-{scheme}", window.0)));
+        }
+    }
+    assert_eq!(page.complaints(), Vec::<String>::new());
+}
+
+/// Labels the parts of the page that the README explains, and takes its picture.
+#[test]
+#[ignore = "makes docs/pictures/report.png: make pictures"]
+fn the_picture_of_the_readme() {
+    let Some(mut page) = page() else { return };
+    let dir = tempfile::tempdir().unwrap();
+    let run = |arguments: &str| seamtrack(dir.path(), &arguments.split(' ').collect::<Vec<_>>());
+    run("synth H-butt-covers --seed 61 --frames 120 -o covers");
+    run("track covers --truth covers/truth.csv --mm-per-px 0.073 --speed 5 --quiet -o result");
+    page.show(&dir.path().join("result/report.html"), (1366, 1290), "light");
+    page.evaluate(
+        "(() => {
+           document.querySelector('.program').textContent = 'seamtrack · covers';
+           const parts = ['.light', '#plot-status h2', '#plot-path h2', '#plot-gap h2', '#plot-error h2', '#viewer .now b', '#places h2', '.diagnostics summary'];
+           parts.forEach((selector, k) => {
+             const box = document.querySelector(selector).getBoundingClientRect();
+             const label = document.createElement('div');
+             label.textContent = k + 1;
+             label.style = `position:absolute;left:${Math.max(box.left + scrollX - 25, 3)}px;top:${box.top + scrollY + box.height / 2 - 11}px;width:22px;height:22px;border-radius:11px;background:#b23a06;color:#fff;font:600 13px/22px system-ui;text-align:center;z-index:9`;
+             document.body.append(label);
+           });
+           goTo(60, true);
+         })()",
+    );
+    page.settle();
+    let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/pictures/report.png");
+    page.screenshot(&picture);
 }

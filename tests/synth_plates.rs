@@ -275,7 +275,7 @@ fn the_written_truth_has_columns_for_toes_and_a_second_seam_only_where_there_are
     ] {
         let scenario = Scenario { frames: 3, ..builtin::scenario(name).unwrap() };
         let target = folder.path().join(name);
-        write_recording(&scenario, &target, Existing::Keep, || {}).unwrap();
+        write_recording(&scenario, &target, Existing::Keep, None, || {}).unwrap();
         let text = std::fs::read_to_string(target.join("truth.csv")).unwrap();
         assert_eq!(text.lines().next().unwrap(), columns);
         assert!(text.lines().all(|line| line.split(',').count() == columns.split(',').count()), "{text}");

@@ -151,6 +151,8 @@ fn scenario(seed: u64, kind: &str, severity: Severity, axis: StripeAxis, rng: &m
         change: Default::default(),
         rivals: Default::default(),
         view: Default::default(),
+        camera: None,
+        laser: None,
     }
 }
 

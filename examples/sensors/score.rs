@@ -60,7 +60,7 @@ impl Outcome {
 pub fn tracked(recording: Recording) -> Result<Outcome> {
     let scenario = &recording.scenario;
     let scene = Scene::new(scenario, scenario.seed)?;
-    let config = Config { mm_per_px: scenario.mm_per_px, period_s: scenario.period_s, ..Config::default() };
+    let config = Config { mm_per_px: Some(scenario.mm_per_px), period_s: scenario.period_s, ..Config::default() };
     let (lanes, joints) = follow_with(&scene, &config.method()?, SeamPath::default())?;
     let lane = |name: &str| {
         let lane = lanes.iter().find(|lane| lane.name == name);

@@ -56,12 +56,7 @@ pub fn given_up(outcomes: &[Outcome]) -> String {
 /// A recording and what became of it, in one line.
 pub fn report(o: &Outcome) -> String {
     let causal = o.causal.map_or("no value".to_owned(), |e| {
-        format!(
-            "mean {:.2} px, max {:.1} px, in 2σ {:.2}",
-            o.px(e.mae_mm),
-            o.px(e.max_mm),
-            e.coverage_2sigma.unwrap_or(0.0)
-        )
+        format!("mean {:.2} px, max {:.1} px, in 2σ {:.2}", o.px(e.mae), o.px(e.max), e.coverage_2sigma.unwrap_or(0.0))
     });
     format!(
         "{} {}\n    found {}, {} wrong ({} smoothed), {} far, {:.0} % unavailable, {causal}\n",
@@ -138,7 +133,7 @@ fn line(name: &str, outcomes: &[&Outcome]) -> String {
     let of = |figure: fn(&Outcome) -> Option<f64>| outcomes.iter().filter_map(|outcome| figure(outcome)).collect();
     let errors = |of: fn(&Outcome) -> Option<Errors>| outcomes.iter().filter_map(|o| of(o)).collect::<Vec<Errors>>();
     let (unavailable, mean_px): (Vec<f64>, Vec<f64>) =
-        (of(|o| Some(100.0 * o.unavailable)), of(|o| Some(o.px(o.causal?.mae_mm))));
+        (of(|o| Some(100.0 * o.unavailable)), of(|o| Some(o.px(o.causal?.mae))));
     format!(
         "| {name} | {} | {} | {} / {} | {} | {} | {} / {} | {} / {} | {} | {} | {} | {} | {} |\n",
         outcomes.len(),
@@ -151,10 +146,10 @@ fn line(name: &str, outcomes: &[&Outcome]) -> String {
         cell(worst(&unavailable), 0),
         cell(median(&mean_px), 2),
         cell(worst(&mean_px), 2),
-        cell(median(&of(|o| Some(o.causal?.mae_mm))), 3),
-        cell(median(&of(|o| Some(o.px(o.smoothed?.mae_mm)))), 2),
+        cell(median(&of(|o| Some(o.causal?.mae))), 3),
+        cell(median(&of(|o| Some(o.px(o.smoothed?.mae)))), 2),
         cell(coverage(&errors(|o| o.causal)), 2),
-        cell(median(&of(|o| Some(o.px(o.height?.mae_mm)))), 2),
+        cell(median(&of(|o| Some(o.px(o.height?.mae)))), 2),
         cell(coverage(&errors(|o| o.height)), 2),
     )
 }

@@ -234,12 +234,12 @@ impl LaserCamera {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::super::intrinsics::tests::LENS;
     use super::*;
     use proptest::prelude::*;
 
-    fn sensor() -> LaserCamera {
+    pub fn sensor() -> LaserCamera {
         let (sin, cos) = 22f64.to_radians().sin_cos();
         let normal = Vector3::new(0.02, cos, sin);
         let plane = LaserPlane::new(normal, normal.dot(&Vector3::new(0.0, 0.0, 250.0))).unwrap();

@@ -63,7 +63,8 @@ pub struct ScaleFit {
 }
 
 /// Fits pixels as a line over millimetres, since the gauge is what is exact, and turns it round. Residuals that follow one
-/// another, as those of a recording do, count for fewer positions: n (1 − ρ)/(1 + ρ).
+/// another, as those of a recording do, count for fewer positions: n (1 − ρ)/(1 + ρ). Where the slope changes along the way more than
+/// that lets expect, the slopes without one stretch of the way after another give the interval (delete-a-group jackknife: Kott 2001).
 ///
 /// # Errors
 /// When positions are too few, badly spread, or do not follow a line at all.
@@ -103,9 +104,11 @@ pub fn fit_scale(positions: &[Position]) -> Result<ScaleFit, ScaleError> {
     let independent = (n * (1.0 - correlation) / (1.0 + correlation)).max(3.0);
     let variance_px2 = squares / (n - 2.0) * n / independent;
     let mm_per_px = 1.0 / slope.abs();
-    let std_mm_per_px = (variance_px2 / spread).sqrt() * mm_per_px * mm_per_px;
+    let scatter = ((variance_px2 / spread).sqrt(), independent - 2.0);
+    let (slope_std, freedom) = by_stretches(&in_order).filter(|stretches| stretches.0 > scatter.0).unwrap_or(scatter);
+    let std_mm_per_px = slope_std * mm_per_px * mm_per_px;
     // The slope of what was seen must be more than what the scatter makes.
-    if slope.abs() < 3.0 * (variance_px2 / spread).sqrt() {
+    if slope.abs() < 3.0 * scatter.0 {
         return Err(ScaleError::NoScale(
             "the coordinate does not follow the displacement; is it the right column, and the right recording?",
         ));
@@ -116,7 +119,7 @@ pub fn fit_scale(positions: &[Position]) -> Result<ScaleFit, ScaleError> {
     Ok(ScaleFit {
         mm_per_px,
         std_mm_per_px,
-        half_95_mm_per_px: student_95(independent - 2.0) * std_mm_per_px,
+        half_95_mm_per_px: student_95(freedom) * std_mm_per_px,
         reversed: slope < 0.0,
         rms_mm: (squares / n).sqrt() * mm_per_px,
         worst_mm: worst.map_or(0.0, |p| residual_px(p).abs() * mm_per_px),
@@ -125,6 +128,32 @@ pub fn fit_scale(positions: &[Position]) -> Result<ScaleFit, ScaleError> {
         positions: positions.len(),
         independent,
     })
+}
+
+/// Stretches of the way for [`by_stretches`], and the fewest positions in one. Chosen.
+const STRETCHES: usize = 8;
+const LEAST_IN_STRETCH: usize = 5;
+
+/// σ of the slope \[px/mm\] by leaving out one stretch of the way after another, and its degrees of freedom; none for few positions,
+/// of which one stretch would be too much.
+fn by_stretches(in_order: &[&Position]) -> Option<(f64, f64)> {
+    let n = in_order.len();
+    if n < STRETCHES * LEAST_IN_STRETCH {
+        return None;
+    }
+    let slopes: Vec<f64> = (0..STRETCHES)
+        .map(|k| {
+            let left_out = k * n / STRETCHES..(k + 1) * n / STRETCHES;
+            let kept = || in_order.iter().enumerate().filter(|(i, _)| !left_out.contains(i)).map(|(_, p)| p);
+            let count = kept().count() as f64;
+            let (mm, px) = (kept().map(|p| p.mm).sum::<f64>() / count, kept().map(|p| p.px).sum::<f64>() / count);
+            kept().map(|p| (p.mm - mm) * (p.px - px)).sum::<f64>() / kept().map(|p| (p.mm - mm).powi(2)).sum::<f64>()
+        })
+        .collect();
+    let stretches = STRETCHES as f64;
+    let mean = slopes.iter().sum::<f64>() / stretches;
+    let squares: f64 = slopes.iter().map(|slope| (slope - mean).powi(2)).sum();
+    Some((((stretches - 1.0) / stretches * squares).sqrt(), stretches - 1.0))
 }
 
 #[cfg(test)]
@@ -152,6 +181,17 @@ mod tests {
         };
         let covered = (0..400).filter(|&seed| covers(seed)).count();
         assert!((368..=396).contains(&covered), "{covered} of 400");
+    }
+
+    #[test]
+    fn a_scale_that_changes_along_the_way_is_less_sure_than_its_scatter_says() {
+        let straight = positions(100, 2.0, 1);
+        let bent: Vec<Position> =
+            straight.iter().map(|p| Position { px: p.px + 3e-6 * (p.px - 100.0).powi(2), ..*p }).collect();
+        let (sure, unsure) = (fit_scale(&straight).unwrap(), fit_scale(&bent).unwrap());
+        assert!(unsure.half_95_mm_per_px > 2.0 * sure.half_95_mm_per_px, "{unsure:?} {sure:?}");
+        let half = |from: usize| fit_scale(&bent[from..from + 50]).unwrap().mm_per_px;
+        assert!((half(0) - half(50)).abs() < 4.0 * unsure.half_95_mm_per_px);
     }
 
     #[test]

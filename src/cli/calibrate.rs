@@ -7,6 +7,8 @@ mod laser;
 mod pictures;
 mod scale;
 
+pub use laser::read_hand_eye;
+
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -123,7 +125,7 @@ fn print_advice(left_out: &[String], advice: &[String]) {
     }
 }
 
-fn parse_positive(text: &str) -> Result<f64, String> {
+pub fn parse_positive(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or_else(|| "expected a number above 0".into())
 }
 

@@ -5,6 +5,7 @@ use std::process::ExitCode;
 
 use clap::Args;
 use seamtrack::config::{Config, Preset};
+use seamtrack::units::MmPerPx;
 
 /// Print the effective configuration as TOML, to start a file from
 #[derive(Debug, Args)]
@@ -26,6 +27,10 @@ impl PrintConfig {
         let mut config = self.config.as_deref().map_or_else(|| Ok(Config::default()), Config::read)?;
         config.preset = self.preset.unwrap_or(config.preset);
         config.method()?;
+        if config.preset == Preset::Paper {
+            // What belongs to the preset is stated.
+            config.mm_per_px = config.mm_per_px.or(Some(MmPerPx::DU_2022));
+        }
         super::say::print(&toml::to_string(&config)?)?;
         Ok(ExitCode::SUCCESS)
     }

@@ -43,6 +43,22 @@ pub fn check(overlay: &Path, results: &Path, existing: Existing) -> anyhow::Resu
     }
 }
 
+/// Refuses a log that could not be written there: another ending than Foxglove opens, a folder, or an existing file that is not
+/// to be replaced.
+pub fn check_log(log: &Path, results: &Path, existing: Existing) -> anyhow::Result<()> {
+    let (place, results) = (resolve(log)?, resolve(results)?);
+    if !log.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mcap")) {
+        bail!("--mcap {}: logs are written as .mcap: name one", shown(log));
+    }
+    if place.is_dir() || results.starts_with(&place) {
+        bail!("--mcap {} is a folder: name another file", shown(log));
+    }
+    if existing == Existing::Keep && place.exists() && !place.starts_with(&results) {
+        bail!("--mcap {} exists: name another file, or overwrite it with --force", shown(log));
+    }
+    Ok(())
+}
+
 fn is_video(overlay: &Path) -> bool {
     overlay.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mp4"))
 }

@@ -5,15 +5,16 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail};
 use clap::{Args, ValueEnum};
-use seamtrack::eval::{Errors, read_truth};
+use seamtrack::calib::{Ruler, Sensor};
+use seamtrack::eval::{Errors, PlaneErrors, read_truth};
 use seamtrack::report::results::{Estimator, read_path_csv};
-use seamtrack::report::summary::{Calibration, ErrorTable, read_summary};
-use seamtrack::run::error_table;
-use seamtrack::units::{MmPerPx, StripeAxis};
+use seamtrack::report::summary::{ErrorTable, read_summary};
+use seamtrack::run::{error_table, plane_errors};
+use seamtrack::units::{LengthUnit, MmPerPx, PixelPoint, StripeAxis};
 
 use super::say;
 
-/// Compare a path with a truth: errors in millimetres along the stripe.
+/// Compare a path with a truth: errors along the stripe, in millimetres where a scale is known.
 #[derive(Debug, Args)]
 pub struct Eval {
     /// The path of a run, or its folder.
@@ -44,18 +45,26 @@ impl Eval {
     pub fn run(&self) -> Result<ExitCode> {
         let rows = read_path_csv(&self.path())?;
         let truth = read_truth(&self.truth)?;
-        let (scale, axis) = self.scale_and_axis()?;
-        let Some(table) = error_table(&rows, &truth, axis, scale) else {
+        let ruler = self.ruler()?;
+        let axis = ruler.axis;
+        let summary = read_summary(&self.path().with_file_name("summary.json"));
+        let first_frame = summary.map_or(0, |summary| summary.input.first_frame());
+        let Some(table) = error_table(&rows, (&truth, first_frame), &ruler) else {
             bail!(
                 "{} gives no position along the {axis} stripe for any frame of {}; check --stripe",
                 self.truth.display(),
                 self.path.display()
             );
         };
+        let plane = plane_errors(&rows, (&truth, first_frame));
         if self.json {
-            say::print(&(serde_json::to_string_pretty(&table)? + "\n"))?;
+            let mut json = serde_json::to_value(table)?;
+            if let (Some(plane), Some(object)) = (plane, json.as_object_mut()) {
+                object.insert("plane".into(), serde_json::to_value(plane)?);
+            }
+            say::print(&(serde_json::to_string_pretty(&json)? + "\n"))?;
         } else {
-            say::print(&text_of(&table))?;
+            say::print(&(text_of(&table, ruler.unit()) + &plane.as_ref().map(text_of_plane).unwrap_or_default()))?;
         }
         Ok(ExitCode::SUCCESS)
     }
@@ -64,26 +73,29 @@ impl Eval {
         if self.path.is_dir() { self.path.join("path.csv") } else { self.path.clone() }
     }
 
-    fn scale_and_axis(&self) -> Result<(MmPerPx, StripeAxis)> {
+    /// What measures: the options, or what the summary beside the path says.
+    fn ruler(&self) -> Result<Ruler> {
         let axis = self.stripe.map(|stripe| match stripe {
             Stripe::Horizontal => StripeAxis::Horizontal,
             Stripe::Vertical => StripeAxis::Vertical,
         });
+        let origin = PixelPoint::new(0.0, 0.0);
         if let (Some(scale), Some(axis)) = (self.mm_per_px, axis) {
-            return Ok((scale, axis));
+            return Ok(Ruler { sensor: Sensor::Scale(scale), axis, origin });
         }
         let file = self.path().with_file_name("summary.json");
-        let Calibration { mm_per_px, stripe, .. } = read_summary(&file)
+        let calibration = read_summary(&file)
             .context("the run's scale and axis are not known; give --mm-per-px and --stripe")?
             .calibration;
-        Ok((self.mm_per_px.unwrap_or(mm_per_px), axis.unwrap_or(stripe)))
+        let sensor = self.mm_per_px.map_or_else(|| calibration.sensor(), Sensor::Scale);
+        Ok(Ruler { sensor, axis: axis.unwrap_or(calibration.stripe), origin })
     }
 }
 
-fn text_of(table: &ErrorTable) -> String {
-    let mut text =
-        "error in mm   mean abs     max  std abs    rmse     p95    bias  in 2σ  frames  wrong  unavailable\n"
-            .to_owned();
+fn text_of(table: &ErrorTable, unit: LengthUnit) -> String {
+    let mut text = format!(
+        "error in {unit}   mean abs     max  std abs    rmse     p95    bias  in 2σ  frames  wrong  unavailable\n"
+    );
     for (name, estimator) in
         [("KCF", Estimator::Kcf), ("filtered", Estimator::Filtered), ("smoothed", Estimator::Smoothed)]
     {
@@ -98,10 +110,28 @@ fn text_of(table: &ErrorTable) -> String {
     text
 }
 
+fn text_of_plane(plane: &PlaneErrors) -> String {
+    let mut text = "in the plane   mean abs     max    bias  calib. σ  scatter  noise σ  in 2σ  frames\n".to_owned();
+    for (name, e) in [("lateral", &plane.lateral), ("height", &plane.height)] {
+        let calib = e.calib_std_mm.map_or_else(|| "–".to_owned(), |std| format!("{std:.3}"));
+        text += &format!(
+            "{name:13} {:9.3} {:7.3} {:7.3} {calib:>9} {:8.3} {:8.3} {:4.0} % {:7}\n",
+            e.mae_mm,
+            e.max_mm,
+            e.bias_mm,
+            e.scatter_mm,
+            e.noise_std_mm,
+            100.0 * e.scatter_in_2sigma,
+            e.frames
+        );
+    }
+    text
+}
+
 fn line(name: &str, e: &Errors) -> String {
     let coverage = e.coverage_2sigma.map_or_else(|| "–".to_owned(), |share| format!("{:.0} %", 100.0 * share));
     format!(
         "{name:12} {:9.3} {:7.3} {:8.3} {:7.3} {:7.3} {:7.3} {coverage:>6} {:7} {:6} {:12}",
-        e.mae_mm, e.max_mm, e.std_mm, e.rmse_mm, e.p95_mm, e.bias_mm, e.frames, e.wrong_frames, e.unavailable_frames
+        e.mae, e.max, e.std, e.rmse, e.p95, e.bias, e.frames, e.wrong_frames, e.unavailable_frames
     )
 }

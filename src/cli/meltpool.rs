@@ -11,12 +11,13 @@ use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::pool::{
-    PoolCalibration, PoolErrors, PoolInput, PoolSummary, SENSOR, draw, write_pool_csv, write_pool_report,
-    write_pool_summary,
+    PoolCalibration, PoolErrors, PoolInput, PoolSummary, PoolVerdict, SENSOR, draw, pool_verdict, write_pool_csv,
+    write_pool_report, write_pool_summary,
 };
 use seamtrack::report::results::{PathRow, Status};
 use seamtrack::report::summary::SCHEMA_VERSION;
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
+use seamtrack::report::verdict::Trust;
 use seamtrack::run::meltpool::{PoolOutcome, PoolSettings, measure_pool};
 use seamtrack::source::{Period, SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
@@ -24,9 +25,10 @@ use serde_json::json;
 
 use super::drawing::Drawing;
 use super::places::{self, Places};
+use super::recordings::name_of;
 use super::say;
 use super::signals::wait_if_ending;
-use super::track::{exit_code, name_of, parse_percentage};
+use super::track::{exit_code, parse_percentage};
 use super::troubles::Troubles;
 use super::truth::TruthCopy;
 
@@ -160,7 +162,7 @@ impl Meltpool {
 
     fn places<'a>(&'a self, job: &'a Job<'_>) -> Places<'a> {
         let (truth, overlay) = (self.truth.as_deref(), job.overlay.as_deref());
-        Places { input: job.input, truth, output: &job.output, overlay }
+        Places { input: job.input, truth, output: &job.output, overlay, mcap: None, is_done: false }
     }
 
     fn job<'a>(&self, input: &'a Path) -> Job<'a> {
@@ -237,13 +239,13 @@ impl Meltpool {
                 place.finish(writer, folder)?;
             }
         }
+        let verdict = pool_verdict(&summary, &outcome.rows);
         let mut said = String::new();
         if !self.quiet {
-            said = text(&outcome, &summary);
+            said = text(&outcome, &summary, &verdict);
             said += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        let unavailable = 100.0 * outcome.unavailable_frames() as f64;
-        Ok((unavailable <= self.max_unavailable * outcome.rows.len() as f64, said))
+        Ok((verdict.trust != Trust::Bad, said))
     }
 
     /// The user's time between frames, else a video's own, else the paper's.
@@ -296,7 +298,11 @@ impl Meltpool {
                 scale: serde_json::to_value(outcome.scale)?,
             },
             config: serde_json::to_value(settings)?,
-            calibration: PoolCalibration { mm_per_px: settings.mm_per_px, zero_px: settings.zero_px },
+            calibration: PoolCalibration {
+                mm_per_px: settings.mm_per_px,
+                zero_px: settings.zero_px,
+                assumed: self.mm_per_px.is_none(),
+            },
             noise: json!({
                 "measurement_px2": outcome.noise.measurement_px2,
                 "drive": outcome.noise.drive,
@@ -353,15 +359,11 @@ fn write_trace(path: &Path, outcome: &PoolOutcome) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
-    let counts = &outcome.counts;
-    let mut text = format!(
-        "measured in {} of {} frames, predicted in {}, no value in {}\n",
-        counts.tracked,
-        counts.total,
-        counts.coasting,
-        counts.total - counts.tracked - counts.coasting
-    );
+fn text(outcome: &PoolOutcome, summary: &PoolSummary, verdict: &PoolVerdict) -> String {
+    let mut text = format!("{} {}\n", verdict.trust.word().to_uppercase(), verdict.sentence);
+    for doubt in &verdict.doubts {
+        text += &format!("  {doubt}\n");
+    }
     for (reason, frames) in outcome.refused() {
         text += &format!("  not taken, {reason}: {frames}\n");
     }
@@ -372,7 +374,7 @@ fn text(outcome: &PoolOutcome, summary: &PoolSummary) -> String {
             [("measured", errors.measured), ("filtered", errors.filtered), ("smoothed", errors.smoothed)]
         {
             if let Some(e) = errors {
-                text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae_mm, e.max_mm);
+                text += &format!("  {name}: mean absolute error {:.4} mm, largest {:.4} mm\n", e.mae, e.max);
             }
         }
     }

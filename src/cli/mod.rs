@@ -16,6 +16,8 @@ macro_rules! errln {
     };
 }
 
+mod base_frame;
+mod batch;
 mod calibrate;
 mod compare;
 mod config;
@@ -25,6 +27,7 @@ mod filter;
 mod manifest;
 mod meltpool;
 mod places;
+mod recordings;
 mod report;
 mod reproduce;
 pub mod say;

@@ -17,6 +17,10 @@ pub struct Places<'a> {
     pub output: &'a Path,
     /// Where it is drawn.
     pub overlay: Option<&'a Path>,
+    /// Where its log is written.
+    pub mcap: Option<&'a Path>,
+    /// The results are there already and stay.
+    pub is_done: bool,
 }
 
 /// Refuses every place where something would be lost: one that is read by any job or, as `settings`, by all of them; one
@@ -33,11 +37,22 @@ pub fn check(jobs: &[Places<'_>], settings: &[&PathBuf], existing: Existing) -> 
         let name = job.input.display().to_string();
         reads.refuse(job.output, "-o")?;
         claims.claim(job.output, &name)?;
-        WholeFolder::check(job.output, existing)?;
+        if !job.is_done {
+            WholeFolder::check(job.output, existing)?;
+        }
         if let Some(overlay) = job.overlay {
             reads.refuse(overlay, "--overlay")?;
             claims.claim(overlay, &name)?;
-            drawing::check(overlay, job.output, existing)?;
+            if !job.is_done {
+                drawing::check(overlay, job.output, existing)?;
+            }
+        }
+        if let Some(mcap) = job.mcap {
+            reads.refuse(mcap, "--mcap")?;
+            claims.claim(mcap, &name)?;
+            if !job.is_done {
+                drawing::check_log(mcap, job.output, existing)?;
+            }
         }
     }
     Ok(claims.check_apart()?)

@@ -7,7 +7,9 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::calib::board::BoardSize;
 use seamtrack::output::{Existing, Reads};
+use seamtrack::synth::board::recording::Boards;
 use seamtrack::synth::families::families;
 use seamtrack::synth::pool::PoolScenario;
 use seamtrack::synth::recording::{write_pool_recording, write_recording};
@@ -30,6 +32,16 @@ pub struct Synth {
     /// Number of frames, instead of the scenario's.
     #[arg(long)]
     frames: Option<usize>,
+    /// Also this many views of a board, without and with the stripe, to calibrate the scenario's [camera] and [laser] from:
+    /// boards/, stripes/, and the true sensor.toml.
+    #[arg(long, value_name = "VIEWS", value_parser = clap::value_parser!(u16).range(1..=1000))]
+    boards: Option<u16>,
+    /// Inner corners of the board.
+    #[arg(long, value_name = "COLUMNSxROWS", default_value = "6x7", requires = "boards")]
+    corners: BoardSize,
+    /// Side of its squares [mm].
+    #[arg(long, value_name = "MM", default_value_t = 15.0, value_parser = super::calibrate::parse_positive, requires = "boards")]
+    square: f64,
     /// Show the built-in scenes, one line each.
     #[arg(long)]
     list: bool,
@@ -59,9 +71,11 @@ impl Synth {
                 scenario.seed = self.seed.unwrap_or(scenario.seed);
                 scenario.frames = self.frames.unwrap_or(scenario.frames);
                 let bar = progress_bar(scenario.frames)?;
-                write_recording(&scenario, output, existing, || bar.inc(1))?;
+                let of_views = |views: u16| Boards { views: views.into(), size: self.corners, square_mm: self.square };
+                write_recording(&scenario, output, existing, self.boards.map(of_views).as_ref(), || bar.inc(1))?;
                 bar.finish_and_clear();
             }
+            Chosen::Pool(_) if self.boards.is_some() => bail!("--boards: a melt pool has no laser stripe"),
             Chosen::Pool(mut scenario) => {
                 scenario.seed = self.seed.unwrap_or(scenario.seed);
                 scenario.frames = self.frames.unwrap_or(scenario.frames);
@@ -111,6 +125,9 @@ fn list() -> Result<ExitCode> {
         let scenario = builtin::scenario(&name)?;
         let floor_mm = scenario.noise_floor_px() * scenario.mm_per_px.get();
         text += &format!("{name:22} {} (noise floor of one frame {floor_mm:.3} mm)\n", scenario.description);
+    }
+    for name in builtin::sensor_names() {
+        text += &format!("{name:22} {}\n", builtin::scenario(&name)?.description);
     }
     for family in families()? {
         text += &format!(

@@ -1,37 +1,39 @@
 //! `seamtrack track`: recorded frames in, the seam path in millimetres out.
 
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use rayon::prelude::*;
-use seamtrack::calib::Origin;
+use seamtrack::calib::{KnownSensor, Origin};
 use seamtrack::config::{Config, Joint, Preset, Stripe};
-use seamtrack::output::{Existing, WholeFolder};
+use seamtrack::output::{Existing, WholeFolder, listing, resolve};
+use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::export::{Exports, write_exports};
+use seamtrack::report::foxglove::FoxgloveLog;
 use seamtrack::report::overlay::OverlayWriter;
 use seamtrack::report::results::write_path_csv;
 use seamtrack::report::run::Run;
-use seamtrack::report::summary::write_summary;
+use seamtrack::report::summary::{FIRST_FRAME, Limits, write_summary};
 use seamtrack::report::terminal::{Colour, terminal_summary};
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::trace::write_trace_csv;
 use seamtrack::report::verdict::{Trust, verdict};
-use seamtrack::run::{RunOutcome, error_table};
-use seamtrack::source::{Period, SizeCheck};
+use seamtrack::run::{RunOutcome, error_table, plane_errors};
+use seamtrack::source::{Cut, FrameRange, FrameSource, Period, SizeCheck, SourceError};
 use seamtrack::units::{MmPerPx, PixelPoint};
 
+use super::base_frame::{BaseFrame, Robot};
 use super::drawing::Drawing;
 use super::places::{self, Places};
-use super::signals::wait_if_ending;
+use super::recordings::{made_from, names_of, truth_beside};
 use super::troubles::Troubles;
 use super::truth::Truth;
-use super::{manifest, say};
+use super::{batch, manifest, say};
 
-/// Find the seam in each frame of a recording and estimate its path in millimetres
+/// Find the seam in each frame of a recording and estimate its path, in millimetres where a scale or a calibration is given
 #[derive(Debug, Args)]
 pub struct Track {
     /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs or videos
@@ -55,6 +57,9 @@ pub struct Track {
     /// The joint to follow [default: auto]
     #[arg(long)]
     joint: Option<Joint>,
+    /// Only these frames of the recording, from A up to but without B; either may be left out, as in 100..
+    #[arg(long, value_name = "A..B")]
+    frames: Option<FrameRange>,
     /// Which way the stripe runs [default: auto]
     #[arg(long)]
     stripe: Option<Stripe>,
@@ -64,9 +69,14 @@ pub struct Track {
     /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
     #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
     roi: Option<[usize; 4]>,
-    /// Scale along the stripe
-    #[arg(long, value_name = "MM", allow_negative_numbers = true)]
+    /// One scale along the stripe [mm/px]; without this and --calibration the path is in pixels
+    #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "calibration")]
     mm_per_px: Option<MmPerPx>,
+    /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
+    #[arg(long, value_name = "FILE")]
+    calibration: Option<PathBuf>,
+    #[command(flatten)]
+    base_frame: BaseFrame,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
     #[arg(long, default_value = "first")]
     origin: Origin,
@@ -82,12 +92,19 @@ pub struct Track {
     /// Also draw the recording with its marks: a folder of PNG files, or a video
     #[arg(long, value_name = "DIR|FILE.mp4")]
     overlay: Option<PathBuf>,
+    /// Also write pictures, marks and path as an MCAP log, for Foxglove; of several recordings, a folder of logs
+    #[arg(long, value_name = "FILE")]
+    mcap: Option<PathBuf>,
     /// Also write the paths as TUM trajectories (for evo)
     #[arg(long)]
     tum: bool,
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
+    /// Half the width of the band that the path is to stay in: of the truth, or without one of x = 0; says how much of the path
+    /// is inside, and where it is not
+    #[arg(long, value_name = "MM", value_parser = parse_length)]
+    tolerance: Option<f64>,
     /// Frames that the smoother may look ahead, as in a live run; the whole recording when it is not given
     #[arg(long, value_name = "FRAMES")]
     fixed_lag: Option<usize>,
@@ -103,11 +120,17 @@ pub struct Track {
 }
 
 /// One recording to track.
-struct Job {
-    input: PathBuf,
-    output: PathBuf,
-    truth: Option<PathBuf>,
-    overlay: Option<PathBuf>,
+pub(super) struct Job {
+    pub input: PathBuf,
+    /// What it is called beside others.
+    pub name: PathBuf,
+    pub output: PathBuf,
+    pub truth: Option<PathBuf>,
+    pub overlay: Option<PathBuf>,
+    pub mcap: Option<PathBuf>,
+    /// What its results are made from, and whether they are there already: recordings beside others only.
+    pub made_from: Option<String>,
+    pub is_done: bool,
 }
 
 impl Job {
@@ -117,62 +140,57 @@ impl Job {
             truth: self.truth.as_deref(),
             output: &self.output,
             overlay: self.overlay.as_deref(),
+            mcap: self.mcap.as_deref(),
+            is_done: self.is_done,
         }
     }
 }
 
-/// What became of it: whether the seam was available often enough, and what there is to say.
-struct Done {
-    available: bool,
-    text: String,
+/// What all recordings of a call are tracked by.
+#[derive(Clone, Copy)]
+struct Measuring<'a> {
+    config: &'a Config,
+    known: &'a KnownSensor,
+    robot: Option<&'a Robot>,
 }
-
-/// Recordings tracked at a time for each processor: more only take memory from one another. Chosen.
-const THREADS_PER_PROCESSOR: usize = 4;
 
 impl Track {
     /// Tracks every recording; the worst exit code wins.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         let config = self.effective_config()?;
-        let jobs = self.job_list()?;
+        let known = self.calibration.as_deref().map_or_else(|| Ok(config.sensor()), KnownSensor::read)?;
+        if self.tum && !known.sensor.has_millimetres() {
+            bail!("--tum writes metres: give --mm-per-px or --calibration");
+        }
+        if self.tolerance.is_some() && !known.sensor.has_millimetres() {
+            bail!("--tolerance is in millimetres: give --mm-per-px or --calibration");
+        }
+        let robot = self.base_frame.robot(&known)?;
+        let measuring = Measuring { config: &config, known: &known, robot: robot.as_ref() };
+        let jobs = self.job_list(&measuring)?;
+        if robot.is_some() && jobs.len() > 1 {
+            bail!("--poses belongs to one recording: track each with its own");
+        }
         let all: Vec<Places<'_>> = jobs.iter().map(Job::places).collect();
-        let settings: Vec<&PathBuf> = self.manifest.iter().chain(&self.config).collect();
+        let settings: Vec<&PathBuf> =
+            self.manifest.iter().chain(&self.config).chain(&self.calibration).chain(self.base_frame.files()).collect();
         places::check(&all, &settings, Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let done = self.track_one(job, &config, true)?;
-            say::print(&done.text).context("the results are written, but")?;
-            return Ok(exit_code(done.available));
-        }
-        // More threads than recordings or processors have nothing to do.
-        let processors = std::thread::available_parallelism().map_or(1, usize::from);
-        let threads = usize::from(self.jobs).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-        let results: Vec<anyhow::Result<(bool, anyhow::Result<()>)>> = pool.install(|| {
-            let tracked =
-                |job| self.track_one(job, &config, false).map(|done| (done.available, say::print(&done.text)));
-            jobs.par_iter().map(tracked).collect()
-        });
-        wait_if_ending();
-        let mut failed = 0;
-        let mut all_available = true;
-        let mut printed = Ok(());
-        for (job, result) in jobs.iter().zip(results) {
-            match result {
-                Ok((available, print)) => {
-                    all_available &= available;
-                    printed = printed.and(print);
-                }
-                Err(error) => {
-                    say::tell(&format!("{}: {}", job.input.display(), say::one_line(error.as_ref())));
-                    failed += 1;
-                }
+            let run = self.track_one(job, &measuring, true)?;
+            if !self.quiet {
+                let report = say::shown(&job.output.join("report.html"));
+                let text = terminal_summary(&run, Colour::for_stdout()) + &format!("results: {report}\n");
+                say::print(&text).context("the results are written, but")?;
             }
+            return Ok(exit_code(verdict(&run).trust != Trust::Bad));
         }
-        if failed > 0 {
-            bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
-        }
-        printed.context("the results are written, but")?;
-        Ok(exit_code(all_available))
+        let settings = batch::Batch { folder: self.folder(), jobs_at_a_time: self.jobs, quiet: self.quiet };
+        batch::run(&settings, &jobs, |job| self.track_one(job, &measuring, false))
+    }
+
+    /// Where the results of several recordings lie side by side.
+    fn folder(&self) -> &Path {
+        self.output.as_deref().unwrap_or(Path::new("results"))
     }
 
     fn effective_config(&self) -> anyhow::Result<Config> {
@@ -180,7 +198,7 @@ impl Track {
         config.preset = self.preset.unwrap_or(config.preset);
         config.joint = self.joint.unwrap_or(config.joint);
         config.stripe = self.stripe.unwrap_or(config.stripe);
-        config.mm_per_px = self.mm_per_px.unwrap_or(config.mm_per_px);
+        config.mm_per_px = self.mm_per_px.or(config.mm_per_px);
         config.period_s = self.period.unwrap_or(config.period_s);
         config.speed_mm_s = self.speed.or(config.speed_mm_s);
         config.fixed_lag = self.fixed_lag.or(config.fixed_lag);
@@ -190,7 +208,7 @@ impl Track {
         Ok(config)
     }
 
-    fn job_list(&self) -> anyhow::Result<Vec<Job>> {
+    fn job_list(&self, measuring: &Measuring<'_>) -> anyhow::Result<Vec<Job>> {
         let mut inputs: Vec<(PathBuf, Option<PathBuf>)> =
             self.inputs.iter().map(|input| (input.clone(), self.truth.clone())).collect();
         if let Some(manifest) = &self.manifest {
@@ -204,34 +222,59 @@ impl Track {
             bail!("--truth belongs to one recording: for several, put the truths into a --manifest");
         }
         let several = inputs.len() > 1;
-        let jobs = inputs.into_iter().map(|(input, truth)| {
-            let name = name_of(&input);
+        let names = names_of(&inputs.iter().map(|(input, _)| input.as_path()).collect::<Vec<_>>());
+        let jobs = inputs.into_iter().zip(names).map(|((input, truth), name)| {
             let output = match &self.output {
-                Some(folder) if several => folder.join(&name),
-                Some(folder) => folder.clone(),
-                None => Path::new("results").join(&name),
+                Some(folder) if !several => folder.clone(),
+                _ => self.folder().join(&name),
             };
             let overlay = self.overlay.as_ref().map(|place| if several { place.join(&name) } else { place.clone() });
-            Job { input, output, truth, overlay }
+            let log = |place: &PathBuf| place.join(format!("{}.mcap", name.display()));
+            let mcap = self.mcap.as_ref().map(|place| if several { log(place) } else { place.clone() });
+            let settings = self.settings(measuring, [overlay.as_deref(), mcap.as_deref()]);
+            let made_from = if several { made_from(&input, truth.as_deref(), &settings) } else { None };
+            let is_drawn = overlay.iter().chain(&mcap).all(|drawn| drawn.exists());
+            let is_done = !self.force
+                && is_drawn
+                && made_from.as_ref().is_some_and(|made_from| listing::is_whole(&output, made_from));
+            Job { input, name, output, truth, overlay, mcap, made_from, is_done }
         });
         Ok(jobs.collect())
     }
 
+    /// All options that decide on a recording's results.
+    fn settings(&self, measuring: &Measuring<'_>, drawings: [Option<&Path>; 2]) -> String {
+        let Measuring { config, known, .. } = measuring;
+        let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
+        let period = self.period(config);
+        format!(
+            "{config:?} {known:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
+        )
+    }
+
     /// Tracks one recording.
-    fn track_one(&self, job: &Job, config: &Config, alone: bool) -> anyhow::Result<Done> {
+    fn track_one(&self, job: &Job, measuring: &Measuring<'_>, alone: bool) -> anyhow::Result<Run> {
+        let Measuring { config, known, robot } = *measuring;
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
-        let source = seamtrack::source::open(&job.input, self.period(config))?;
+        let source = self.open(&job.input, config)?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
         let mut troubles = Troubles::of(&job.input);
         source.notes().iter().for_each(|note| troubles.note(note));
+        if truth.is_none()
+            && !self.quiet
+            && let Some(beside) = truth_beside(&job.input)
+        {
+            troubles.note(&format!("a truth lies beside it: --truth {} reports errors", beside.display()));
+        }
         let existing = Existing::forced(self.force);
-        let folder = WholeFolder::begin(&job.output, existing)?;
+        let mut folder = WholeFolder::begin(&job.output, existing)?;
+        job.made_from.iter().for_each(|made_from| folder.made_from(made_from.clone()));
         let kind = source.kind();
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
-        let reopen = || seamtrack::source::open(&job.input, self.period(config));
-        let outcome = seamtrack::run::track(source, &reopen, config, self.origin, |seen| {
+        let reopen = || self.open(&job.input, config);
+        let outcome = seamtrack::run::track(source, &reopen, (config, known), self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
@@ -245,16 +288,27 @@ impl Track {
         troubles.end();
         let outcome = if alone { outcome.with_context(|| job.input.display().to_string())? } else { outcome? };
 
-        let errors = match (&truth, outcome.axis) {
-            (Some((file, truth)), Some(axis)) => {
-                let table = error_table(&outcome.rows, &truth.rows, axis, config.mm_per_px);
-                truth.tell_if_short(file, outcome.rows.len());
+        let first_frame = self.frames.map_or(0, |range| range.first);
+        let errors = match (&truth, &outcome.ruler) {
+            (Some((file, truth)), Some(ruler)) => {
+                let table = error_table(&outcome.rows, (&truth.rows, first_frame), ruler);
+                truth.tell_if_short(file, first_frame, outcome.rows.len());
                 Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
             }
             _ => None,
         };
+        let in_plane = truth.as_ref().and_then(|(_, truth)| plane_errors(&outcome.rows, (&truth.rows, first_frame)));
         let input = job.input.to_string_lossy();
-        let summary = seamtrack::run::summarise(&outcome, (&input, kind), config, self.max_unavailable, errors)?;
+        let limits = Limits {
+            max_unavailable_pct: Some(self.max_unavailable),
+            tolerance_mm: self.tolerance,
+            ..Limits::default()
+        };
+        let mut summary =
+            seamtrack::run::summarise(&outcome, (&input, kind), (config, known), limits, (errors, in_plane))?;
+        if let Some(range) = self.frames {
+            summary.input.more.insert(FIRST_FRAME.into(), range.first.into());
+        }
         write_path_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         write_summary(&folder.path().join("summary.json"), &summary)?;
         if let Some((_, truth)) = &truth {
@@ -263,9 +317,22 @@ impl Track {
         if self.trace {
             write_trace_csv(&folder.path().join("trace.csv"), &trace)?;
         }
+        if let Some(robot) = robot {
+            robot.write(folder.path(), &outcome.rows, known)?;
+        }
         thumbnails.write(folder.path())?;
-        let run = Run::read(folder.path())?;
+        let mut run = Run::read(folder.path())?;
+        run.summary.tolerance = run.tolerance();
+        if run.summary.tolerance.is_some() {
+            write_summary(&folder.path().join("summary.json"), &run.summary)?;
+        }
         write_exports(&run, Exports { tum: self.tum, ..Exports::default() })?;
+        // A log within the results appears with them, one elsewhere before them: what was finished has its log.
+        if let Some(mcap) = &job.mcap {
+            let place = resolve(mcap)?;
+            let within = place.strip_prefix(folder.target()).map(|within| folder.path().join(within));
+            self.write_mcap(&job.input, &within.unwrap_or(place), config, &outcome)?;
+        }
         match &job.overlay {
             None => folder.finish()?,
             Some(overlay) => {
@@ -274,12 +341,20 @@ impl Track {
                 place.finish(writer, folder)?;
             }
         }
-        let mut text = String::new();
-        if !self.quiet {
-            text += &terminal_summary(&run, Colour::for_stdout());
-            text += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
+        Ok(run)
+    }
+
+    /// Opens a recording, or the part of it that was asked for.
+    fn open(&self, input: &Path, config: &Config) -> Result<Box<dyn FrameSource>, SourceError> {
+        let whole = seamtrack::source::open(input, self.period(config))?;
+        match (self.frames, whole.frame_count()) {
+            (None, _) => Ok(whole),
+            (Some(range), Some(count)) if count <= range.first => {
+                let problem = format!("--frames {range}: it has {count} frames, numbered from 0");
+                Err(SourceError::Frames { path: input.to_owned(), problem })
+            }
+            (Some(range), _) => Ok(Box::new(Cut::new(whole, range))),
         }
-        Ok(Done { available: verdict(&run).trust != Trust::Bad, text })
     }
 
     /// The user's time between frames, else the recording's own or the configuration's default.
@@ -304,7 +379,7 @@ impl Track {
         outcome: &RunOutcome,
     ) -> anyhow::Result<OverlayWriter> {
         let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
-        let mut source = seamtrack::source::open(input, self.period(config))?;
+        let mut source = self.open(input, config)?;
         let mut sizes = SizeCheck::default();
         for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
             let Some(frame) = source.next_frame() else { break };
@@ -314,6 +389,27 @@ impl Track {
         }
         writer.complete()?;
         Ok(writer)
+    }
+
+    /// Reads the recording a second time and writes it with the finished path as a log.
+    fn write_mcap(&self, input: &Path, target: &Path, config: &Config, outcome: &RunOutcome) -> anyhow::Result<()> {
+        if let Some(folder) = target.parent() {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot write {}", folder.display()))?;
+        }
+        let mut source = self.open(input, config)?;
+        let mut sizes = SizeCheck::default();
+        write_atomically(target, |file| {
+            file.flush()?;
+            let mut log = FoxgloveLog::begin(file.get_mut()).map_err(std::io::Error::other)?;
+            for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+                let Some(frame) = source.next_frame() else { break };
+                let picture = sizes.admit(frame).picture.ok();
+                let drawn = picture.as_ref().map(|picture| (picture, marks));
+                log.add(row, drawn).map_err(std::io::Error::other)?;
+            }
+            log.finish().map_err(std::io::Error::other)
+        })?;
+        Ok(())
     }
 
     fn progress(&self, frames: Option<usize>, alone: bool) -> ProgressBar {
@@ -337,23 +433,18 @@ pub(super) fn exit_code(available: bool) -> ExitCode {
     if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
 }
 
-/// The folder's or file's own name, without the extension of a file; of a folder called `frames`, that of the one above.
-pub(super) fn name_of(input: &Path) -> PathBuf {
-    let absolute = input.canonicalize().unwrap_or_else(|_| input.to_owned());
-    let above = || absolute.parent().and_then(Path::file_name);
-    let name = match absolute.file_name() {
-        Some(name) if absolute.is_dir() && name == "frames" => above().or(Some(name)),
-        name if absolute.is_dir() => name,
-        _ => absolute.file_stem(),
-    };
-    PathBuf::from(name.unwrap_or_else(|| "recording".as_ref()))
-}
-
 fn parse_point(text: &str) -> Result<PixelPoint, String> {
     let parsed = text.split_once(',').and_then(|(u, v)| Some((u.trim().parse().ok()?, v.trim().parse().ok()?)));
     match parsed {
         Some((u_px, v_px)) => Ok(PixelPoint::new(u_px, v_px)),
         None => Err("expected U,V in pixels, for example 320,240".into()),
+    }
+}
+
+fn parse_length(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(mm) if mm.is_finite() && mm > 0.0 => Ok(mm),
+        _ => Err("expected a length in millimetres above 0, for example 0.3".into()),
     }
 }
 

@@ -31,8 +31,8 @@ impl Truth {
     }
 
     /// Says when frames of the recording do not stand in the truth: errors are of the others only.
-    pub fn tell_if_short(&self, file: &Path, frames: usize) {
-        let known = self.rows.iter().filter(|row| row.frame < frames).count();
+    pub fn tell_if_short(&self, file: &Path, first: usize, frames: usize) {
+        let known = self.rows.iter().filter(|row| (first..first + frames).contains(&row.frame)).count();
         if (1..frames).contains(&known) {
             let file = file.display();
             tell(&format!("{file} has lines for {known} of the {frames} frames: the errors are those of these frames"));

@@ -20,6 +20,8 @@ pub struct TruthRow {
     pub occluded: bool,
     /// Visible opening \[px\], where there is one.
     pub gap_px: Option<f64>,
+    /// The seam in the plane of the laser, along the stripe and towards the camera \[mm\], where the file gives both.
+    pub plane_mm: Option<[f64; 2]>,
 }
 
 impl TruthRow {
@@ -73,9 +75,11 @@ struct Line {
     v_px: Option<f64>,
     occluded: Option<u8>,
     gap_px: Option<f64>,
+    lateral_mm: Option<f64>,
+    height_mm: Option<f64>,
 }
 
-/// Reads a truth (`frame,u_px,v_px,x_mm,occluded[,gap_px]`, an empty cell where there is no value); the coordinate
+/// Reads a truth (`frame,u_px,v_px,x_mm,occluded[,gap_px][,lateral_mm,height_mm]`, an empty cell where there is no value); the coordinate
 /// along the stripe suffices, further columns are ignored. The rows come sorted by frame.
 ///
 /// # Errors
@@ -92,11 +96,22 @@ pub fn read_truth(file: &Path) -> Result<Vec<TruthRow>, TruthFileError> {
     let mut rows = BTreeMap::new();
     for line in reader.deserialize() {
         let line: Line = line.map_err(read)?;
-        if [line.u_px, line.v_px, line.gap_px].into_iter().flatten().any(|value| !value.is_finite()) {
+        if [line.u_px, line.v_px, line.gap_px, line.lateral_mm, line.height_mm]
+            .into_iter()
+            .flatten()
+            .any(|value| !value.is_finite())
+        {
             return Err(TruthFileError::NotFinite { file: name(), frame: line.frame });
         }
         let occluded = line.occluded.is_some_and(|flag| flag != 0);
-        let row = TruthRow { frame: line.frame, u_px: line.u_px, v_px: line.v_px, occluded, gap_px: line.gap_px };
+        let row = TruthRow {
+            frame: line.frame,
+            u_px: line.u_px,
+            v_px: line.v_px,
+            occluded,
+            gap_px: line.gap_px,
+            plane_mm: line.lateral_mm.zip(line.height_mm).map(|(lateral, height)| [lateral, height]),
+        };
         if rows.insert(line.frame, row).is_some() {
             return Err(TruthFileError::Columns { file: name() });
         }

@@ -98,9 +98,8 @@ fn pieces(contrast: &[f32], rows: usize) -> Vec<Piece> {
         done.extend(ended);
         open = going;
         for row in peaks(cells, least) {
-            let reaches = |piece: &&mut Piece| {
-                piece.last < column && piece.ends.1.abs_diff(row) <= CLIMB * (column - piece.last)
-            };
+            let reaches =
+                |piece: &&mut Piece| piece.last < column && piece.ends.1.abs_diff(row) <= CLIMB * (column - piece.last);
             match open.iter_mut().filter(reaches).min_by_key(|piece| piece.ends.1.abs_diff(row)) {
                 Some(piece) => piece.go_on(column, row),
                 None => open.push(Piece::begin(column, row)),
@@ -136,9 +135,9 @@ fn groups(mut pieces: Vec<Piece>) -> Vec<Vec<Piece>> {
         let mut group = vec![pieces.remove(0)];
         loop {
             let fits = |piece: &Piece| {
-                group.iter().all(|other| {
-                    (piece.overlap(other) as f64) <= OVERLAP * piece.length().min(other.length()) as f64
-                })
+                group
+                    .iter()
+                    .all(|other| (piece.overlap(other) as f64) <= OVERLAP * piece.length().min(other.length()) as f64)
             };
             let away = |piece: &Piece| group.iter().map(|other| distance(piece, other)).min();
             let length: usize = group.iter().map(Piece::length).sum();

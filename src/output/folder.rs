@@ -48,6 +48,7 @@ pub struct WholeFolder {
     inside: bool,
     /// Folders made on the way, the deepest last.
     made: Vec<PathBuf>,
+    made_from: Option<String>,
     finished: bool,
 }
 
@@ -107,7 +108,16 @@ impl WholeFolder {
         made.iter().for_each(|folder| unfinished::note(folder, Removal::IfEmpty));
         unfinished::note(&lock, Removal::Whole);
         let part = folder.join(format!("{prefix}.seamtrack-part"));
-        Ok(Self { target: resolved.to_owned(), part, lock, _locked: locked, inside, made, finished: false })
+        Ok(Self {
+            target: resolved.to_owned(),
+            part,
+            lock,
+            _locked: locked,
+            inside,
+            made,
+            made_from: None,
+            finished: false,
+        })
     }
 
     /// Where to write.
@@ -122,13 +132,18 @@ impl WholeFolder {
         &self.target
     }
 
+    /// Notes from what the folder is made ([`listing::is_whole`]).
+    pub fn made_from(&mut self, made_from: String) {
+        self.made_from = Some(made_from);
+    }
+
     /// Lists what was written as ours, and puts it in the place of what stood there.
     ///
     /// # Errors
     /// When the system refuses; what stood there is then still there.
     pub fn finish(mut self) -> Result<(), OutputError> {
         let failed = |source| OutputError::Write { path: self.target.clone(), source };
-        listing::write(&self.part).map_err(failed)?;
+        listing::write(&self.part, self.made_from.take()).map_err(failed)?;
         if !self.inside && self.target.is_dir() {
             let permissions = std::fs::metadata(&self.target).map_err(failed)?.permissions();
             std::fs::set_permissions(&self.part, permissions).map_err(failed)?;
@@ -410,13 +425,13 @@ mod tests {
             WholeFolder::within(&path, &path, true, &path).unwrap()
         };
         std::fs::write(folder.path().join("old.csv"), "old").unwrap();
-        listing::write(folder.path()).unwrap();
+        listing::write(folder.path(), None).unwrap();
         let part = folder.path().join(".seamtrack-part");
         std::fs::create_dir(&part).unwrap();
         for file in ["a.csv", "b.csv"] {
             std::fs::write(part.join(file), file).unwrap();
         }
-        listing::write(&part).unwrap();
+        listing::write(&part, None).unwrap();
         // It died after the first move.
         listing::remove_listed(folder.path()).unwrap();
         std::fs::rename(part.join("a.csv"), folder.path().join("a.csv")).unwrap();

@@ -21,6 +21,9 @@ struct Listing {
     program: String,
     folders: BTreeSet<String>,
     files: BTreeMap<String, Proof>,
+    /// From what it was made, as a check sum of everything that decides on the result.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    made_from: Option<String>,
 }
 
 /// By what a file is known again.
@@ -52,12 +55,12 @@ impl Proof {
     }
 }
 
-/// Lists everything that `folder` holds as ours.
+/// Lists everything that `folder` holds as ours; `made_from` says from what, so that [`is_whole`] knows it again.
 ///
 /// # Errors
 /// When a file cannot be read, or the listing not be written.
-pub fn write(folder: &Path) -> io::Result<()> {
-    let mut listing = empty();
+pub fn write(folder: &Path, made_from: Option<String>) -> io::Result<()> {
+    let mut listing = Listing { made_from, ..empty() };
     walk(folder, "", &mut |name, path, is_folder| {
         if is_folder {
             listing.folders.insert(name.to_owned());
@@ -83,6 +86,16 @@ pub fn add(folder: &Path, name: &str) -> io::Result<()> {
 #[must_use]
 pub fn is_in(folder: &Path) -> bool {
     read(folder).is_some()
+}
+
+/// Whether `folder` holds all that was made from `made_from`, unchanged, and nothing else.
+#[must_use]
+pub fn is_whole(folder: &Path, made_from: &str) -> bool {
+    read(folder).is_some_and(|listing| {
+        listing.made_from.as_deref() == Some(made_from)
+            && listing.files.iter().all(|(name, proof)| proof.holds(&folder.join(name)))
+            && first_foreign(folder).is_ok_and(|foreign| foreign.is_none())
+    })
 }
 
 /// Whether `name` in `folder` is listed and unchanged since.
@@ -139,7 +152,13 @@ pub(super) const PRIVATE: [&str; 3] = [FILE_NAME, ".seamtrack-part", ".seamtrack
 
 fn empty() -> Listing {
     let program = format!("seamtrack {}", env!("CARGO_PKG_VERSION"));
-    Listing { schema_version: SCHEMA_VERSION, program, folders: BTreeSet::new(), files: BTreeMap::new() }
+    Listing {
+        schema_version: SCHEMA_VERSION,
+        program,
+        folders: BTreeSet::new(),
+        files: BTreeMap::new(),
+        made_from: None,
+    }
 }
 
 fn read(folder: &Path) -> Option<Listing> {
@@ -196,7 +215,7 @@ mod tests {
         std::fs::create_dir(folder.path().join("thumbnails")).unwrap();
         std::fs::write(folder.path().join("path.csv"), "frame\n").unwrap();
         std::fs::write(folder.path().join("thumbnails/000000.jpg"), "jpeg").unwrap();
-        write(folder.path()).unwrap();
+        write(folder.path(), Some("abc".into())).unwrap();
         folder
     }
 
@@ -212,6 +231,18 @@ mod tests {
         assert_eq!(first_foreign(folder.path()).unwrap(), None);
         std::fs::write(at("thumbnails/mine.jpg"), "").unwrap();
         assert_eq!(first_foreign(folder.path()).unwrap(), Some(at("thumbnails/mine.jpg")));
+    }
+
+    #[test]
+    fn a_folder_is_whole_as_long_as_nothing_in_it_is_missing_changed_or_added() {
+        let folder = listed();
+        assert!(is_whole(folder.path(), "abc") && !is_whole(folder.path(), "abd"));
+        std::fs::rename(folder.path().join("path.csv"), folder.path().join("mine.csv")).unwrap();
+        assert!(!is_whole(folder.path(), "abc"));
+        std::fs::copy(folder.path().join("mine.csv"), folder.path().join("path.csv")).unwrap();
+        assert!(!is_whole(folder.path(), "abc"));
+        std::fs::remove_file(folder.path().join("mine.csv")).unwrap();
+        assert!(is_whole(folder.path(), "abc"));
     }
 
     #[test]

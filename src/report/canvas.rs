@@ -38,25 +38,35 @@ impl Canvas {
         Ok(Self { image, thickness })
     }
 
-    /// A polyline through `points`.
+    /// A polyline through `points`; without an outline, which would cover the stripe that it runs along.
     pub(super) fn polyline(&mut self, points: &[PixelPoint], colour: Rgb) -> Result<()> {
         let points: Vector<Point> = points.iter().map(|&point| fine(point)).collect();
         imgproc::polylines(&mut self.image, &points, false, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)
+    }
+
+    /// Colour and thickness of a mark's dark outline, which keeps it apart from glare, and of the mark itself.
+    fn outlined(&self, colour: Rgb) -> [(Rgb, i32); 2] {
+        [([0, 0, 0], 3 * self.thickness), (colour, self.thickness)]
     }
 
     /// The outline of a box.
     pub(super) fn outline(&mut self, roi: RoiBox, colour: Rgb) -> Result<()> {
         let whole = |px: f64| px.round().clamp(-1e6, 1e6) as i32;
         let rect = Rect::new(whole(roi.u_px), whole(roi.v_px), whole(roi.width_px), whole(roi.height_px));
-        imgproc::rectangle(&mut self.image, rect, bgr(colour), self.thickness, imgproc::LINE_8, 0)
+        for (colour, thickness) in self.outlined(colour) {
+            imgproc::rectangle(&mut self.image, rect, bgr(colour), thickness, imgproc::LINE_8, 0)?;
+        }
+        Ok(())
     }
 
     /// A mark at `point`: a line of each of `strokes`, given as the two ends' offsets from the point \[px\].
     pub(super) fn strokes(&mut self, point: PixelPoint, strokes: &[[(f64, f64); 2]], colour: Rgb) -> Result<()> {
         let scale = f64::from(self.thickness);
-        for stroke in strokes {
-            let [a, b] = stroke.map(|(u, v)| fine(PixelPoint::new(point.u_px + scale * u, point.v_px + scale * v)));
-            imgproc::line(&mut self.image, a, b, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)?;
+        for (colour, thickness) in self.outlined(colour) {
+            for stroke in strokes {
+                let [a, b] = stroke.map(|(u, v)| fine(PixelPoint::new(point.u_px + scale * u, point.v_px + scale * v)));
+                imgproc::line(&mut self.image, a, b, bgr(colour), thickness, imgproc::LINE_AA, SHIFT)?;
+            }
         }
         Ok(())
     }
@@ -64,7 +74,10 @@ impl Canvas {
     /// A circle round `centre`.
     pub(super) fn circle(&mut self, centre: PixelPoint, radius_px: f64, colour: Rgb) -> Result<()> {
         let radius = (radius_px * f64::from(self.thickness * (1 << SHIFT))).round() as i32;
-        imgproc::circle(&mut self.image, fine(centre), radius, bgr(colour), self.thickness, imgproc::LINE_AA, SHIFT)
+        for (colour, thickness) in self.outlined(colour) {
+            imgproc::circle(&mut self.image, fine(centre), radius, bgr(colour), thickness, imgproc::LINE_AA, SHIFT)?;
+        }
+        Ok(())
     }
 
     /// A line of text with a dark outline at the top left, and a border in its colour.

@@ -5,6 +5,7 @@ use super::page::{DEFAULT_MAX_BYTES, write_report};
 use super::results::Estimator;
 use super::run::Run;
 use super::tum::write_tum;
+use crate::units::LengthUnit;
 
 /// What to write.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -31,16 +32,16 @@ const TRAJECTORIES: [(Estimator, &str); 3] =
 const TRUE_TRAJECTORY: &str = "truth";
 
 /// Write `report.html` and, if asked, `kcf.tum`, `filtered.tum`, `smoothed.tum` and `truth.tum` into the run's
-/// directory.
+/// directory. A run in pixels has no trajectories: they are in metres.
 ///
 /// # Errors
 /// When a file cannot be written.
 pub fn write_exports(run: &Run, exports: Exports) -> Result<(), ResultsError> {
     write_report(&run.dir.join("report.html"), run, exports.max_page_bytes)?;
-    if exports.tum {
-        let origin_px = run.origin_px();
-        let truth = run.true_position_mm(origin_px).map(|truth| (TRUE_TRAJECTORY, truth));
-        let paths = TRAJECTORIES.map(|(estimator, name)| (name, run.position_mm(estimator, origin_px)));
+    if exports.tum && run.unit() == LengthUnit::Mm {
+        let ruler = run.ruler();
+        let truth = run.true_position(&ruler).map(|truth| (TRUE_TRAJECTORY, truth));
+        let paths = TRAJECTORIES.map(|(estimator, name)| (name, run.position(estimator, &ruler)));
         for (name, positions) in paths.into_iter().chain(truth) {
             let samples = run.rows.iter().map(|row| row.time_s).zip(positions);
             write_tum(&run.dir.join(format!("{name}.tum")), samples)?;

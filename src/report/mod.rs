@@ -9,15 +9,24 @@
 //! * `report.html` ([`page`]) and `*.tum` ([`tum`]), which [`export`] makes from the former.
 
 pub mod atomic;
+pub mod batch;
 pub mod calibration;
 mod canvas;
+mod charts;
 pub mod compare;
+pub mod errors;
 pub mod export;
+pub mod facts;
+pub mod foxglove;
 mod head;
 pub mod marks;
+pub mod matrix;
+pub mod measures;
 mod model;
 pub mod overlay;
 pub mod page;
+mod path_row;
+pub mod places;
 pub mod pool;
 pub mod results;
 pub mod run;
@@ -26,8 +35,8 @@ pub mod table;
 pub mod terminal;
 pub mod textplot;
 pub mod thumbnails;
+pub mod tolerance;
 pub mod trace;
 pub mod truth;
 pub mod tum;
 pub mod verdict;
-pub mod worst;

@@ -3,10 +3,7 @@
 use serde::{Serialize, Serializer};
 
 use super::marks::FrameMarks;
-use super::results::{Estimator, PathRow};
-use super::run::{Run, difference};
-use super::verdict::NIS_95;
-use super::worst::worst_frames;
+use super::places;
 use crate::units::PixelPoint;
 
 /// The data of one page; serialised into it as JSON.
@@ -14,11 +11,25 @@ use crate::units::PixelPoint;
 pub(super) struct PageModel {
     pub frames: usize,
     pub time_s: Rounded,
+    /// Way of the torch, where its speed is known.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub travel_mm: Option<Rounded>,
     pub file: Vec<String>,
     pub ribbons: Vec<Ribbon>,
     pub charts: Vec<Chart>,
     pub viewer: Viewer,
-    pub worst: Vec<(usize, String)>,
+    pub places: Vec<PlaceToLookAt>,
+    /// Places beyond those that are listed.
+    pub more_places: usize,
+}
+
+/// A stretch of frames to look at, and why.
+#[derive(Debug, Serialize)]
+pub(super) struct PlaceToLookAt {
+    pub first: usize,
+    pub last: usize,
+    pub frame: usize,
+    pub why: String,
 }
 
 /// The statuses of one run, a letter a frame.
@@ -34,6 +45,13 @@ pub(super) struct Chart {
     pub id: &'static str,
     pub title: String,
     pub unit: &'static str,
+    /// What it shows, in words.
+    pub note: String,
+    /// Of the method's workings, not of the seam: folded.
+    pub diagnostic: bool,
+    /// Half the width of a band round 0 that the curves are to stay in.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f64>,
     /// How many decimals a value is shown with.
     pub decimals: usize,
     /// Logarithmic ordinate.
@@ -67,7 +85,6 @@ pub(super) struct Viewer {
     pub height: usize,
     /// Length of the stripe mark's own axis: horizontal or vertical.
     pub axis: String,
-    pub mm_per_px: f64,
     pub points: Vec<Points>,
     pub images: Vec<Image>,
 }
@@ -99,7 +116,7 @@ pub(super) struct Image {
 /// Numbers with a fixed count of decimals, so that the page stays small.
 #[derive(Debug, Clone)]
 pub(super) struct Rounded {
-    values: Vec<Option<f64>>,
+    pub values: Vec<Option<f64>>,
     decimals: i32,
 }
 
@@ -120,136 +137,13 @@ fn round(value: f64, decimals: i32) -> f64 {
     (value * scale).round() / scale + 0.0
 }
 
-const MM_DECIMALS: i32 = 4;
 const PX_DECIMALS: i32 = 2;
 
-/// The page of one run.
-pub(super) fn single(run: &Run) -> PageModel {
-    let limits = run.summary.limits;
-    let worst_error = run.error_mm(Estimator::Filtered).unwrap_or_default();
-    let mut charts = vec![path_chart(run)];
-    charts.extend(error_chart(run));
-    charts.push(Chart {
-        series: vec![curve("PSR", "filtered", column(run, |row| row.psr), 2)],
-        limits: limits.psr.into_iter().map(|psr| (psr, format!("template learns above {psr}"))).collect(),
-        ..chart("psr", "Peak-to-sidelobe ratio of the KCF", "PSR", 1)
-    });
-    let nis_limits =
-        [Some((NIS_95, format!("95 % below {NIS_95}"))), limits.nis.map(|nis| (nis, format!("gate {nis:.1}")))];
-    charts.push(Chart {
-        log: true,
-        series: vec![Series { dots: true, ..curve("NIS", "filtered", column(run, |row| row.nis), 3) }],
-        limits: nis_limits.into_iter().flatten().collect(),
-        ..chart("nis", "Normalised innovation squared", "NIS", 2)
-    });
-    charts.retain(|chart| chart.id == "path" || chart.series.iter().any(Series::has_values));
-    let marks = Estimator::ALL.into_iter().map(|e| points(run, e, e.name().to_owned(), look(e).to_owned()));
-    let marks = marks.filter(|mark| mark.at.iter().any(Option::is_some));
-    PageModel {
-        ribbons: vec![ribbon(run)],
-        charts,
-        viewer: viewer(run, marks.collect()),
-        worst: worst_frames(&run.rows, &worst_error).into_iter().map(|w| (w.frame, w.reason)).collect(),
-        ..frame_axis(run)
+impl PlaceToLookAt {
+    pub(super) fn of(place: places::Place) -> Self {
+        let places::Place { first, last, frame, reasons } = place;
+        Self { first, last, frame, why: reasons.join(" · ") }
     }
-}
-
-/// The page of several runs on one recording; the first one gives the origin, the first that has them the truth and
-/// the stored frames.
-pub(super) fn several(runs: &[Run]) -> Option<PageModel> {
-    let first = runs.first()?;
-    let origin_px = first.origin_px();
-    let look = |index: usize| format!("run{}", index % 6);
-    let named = |of: &dyn Fn(&Run) -> Vec<Option<f64>>, decimals| -> Vec<Series> {
-        runs.iter().enumerate().map(|(i, run)| curve(&run.name, &look(i), of(run), decimals)).collect()
-    };
-    let mut path = named(&|run| run.position_mm(Estimator::Filtered, origin_px), MM_DECIMALS);
-    let judge = runs.iter().find(|run| run.truth_px.is_some());
-    path.extend(
-        judge.and_then(|run| run.true_position_mm(origin_px)).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)),
-    );
-    let mut charts = vec![Chart { series: path, ..chart("path", "Filtered path", "mm", 3) }];
-    if let Some(truth_px) = judge.and_then(|run| run.truth_px.as_ref()) {
-        let error = |run: &Run| run.error_against_mm(Estimator::Filtered, truth_px);
-        let series = named(&error, MM_DECIMALS);
-        charts.push(Chart { histogram: true, series, ..chart("error", "Error of the filtered path", "mm", 3) });
-    }
-    charts.push(Chart {
-        series: named(&|run| column(run, |row| row.psr), 2),
-        ..chart("psr", "Peak-to-sidelobe ratio", "PSR", 1)
-    });
-    let marks = runs.iter().enumerate().map(|(i, run)| points(run, Estimator::Filtered, run.name.clone(), look(i)));
-    let with_images = runs.iter().find(|run| !run.thumbnails.is_empty()).unwrap_or(first);
-    Some(PageModel {
-        ribbons: runs.iter().map(ribbon).collect(),
-        charts,
-        viewer: viewer(with_images, marks.collect()),
-        worst: runs
-            .iter()
-            .flat_map(|run| {
-                let error = run.error_mm(Estimator::Filtered).unwrap_or_default();
-                let name = run.name.clone();
-                let listed = worst_frames(&run.rows, &error).into_iter().take(8);
-                listed.map(move |w| (w.frame, format!("{name}: {}", w.reason))).collect::<Vec<_>>()
-            })
-            .collect(),
-        ..frame_axis(first)
-    })
-}
-
-/// A page of `run`'s frames without any content yet.
-fn frame_axis(run: &Run) -> PageModel {
-    PageModel {
-        frames: run.rows.len(),
-        time_s: Rounded::new(run.rows.iter().map(|row| Some(row.time_s)).collect(), 6),
-        file: run.rows.iter().map(|row| row.file.clone()).collect(),
-        ribbons: Vec::new(),
-        charts: Vec::new(),
-        viewer: viewer(run, Vec::new()),
-        worst: Vec::new(),
-    }
-}
-
-fn path_chart(run: &Run) -> Chart {
-    let origin_px = run.origin_px();
-    let position = |estimator| run.position_mm(estimator, origin_px);
-    let two_sigma = |sigma: fn(&PathRow) -> Option<f64>| {
-        Some(Rounded::new(column(run, |row| sigma(row).map(|sigma| 2.0 * sigma)), MM_DECIMALS))
-    };
-    let mut series = vec![
-        Series { dots: true, fits: false, ..estimate(Estimator::Kcf, position(Estimator::Kcf)) },
-        Series { band: two_sigma(|row| row.x_std_mm), ..estimate(Estimator::Filtered, position(Estimator::Filtered)) },
-        estimate(Estimator::Smoothed, position(Estimator::Smoothed)),
-    ];
-    series.extend(run.true_position_mm(origin_px).map(|truth| curve("truth", "truth", truth, MM_DECIMALS)));
-    series.retain(Series::has_values);
-    Chart { series, ..chart("path", "Seam position with ±2σ", "mm", 3) }
-}
-
-/// The error against the truth; without one, the distance from the smoothed path; without that, none.
-fn error_chart(run: &Run) -> Option<Chart> {
-    let smoothed = run.position_mm(Estimator::Smoothed, 0.0);
-    let (title, reference) = match run.true_position_mm(0.0) {
-        Some(truth) => ("Error against the truth", truth),
-        None => ("Distance from the smoothed path", smoothed),
-    };
-    let judged = Estimator::ALL.into_iter().filter(|&e| run.truth_px.is_some() || e != Estimator::Smoothed);
-    let mut series: Vec<Series> = judged
-        .map(|e| Series {
-            dots: e == Estimator::Kcf,
-            fits: e != Estimator::Kcf,
-            ..estimate(e, difference(&run.position_mm(e, 0.0), &reference))
-        })
-        .collect();
-    series.retain(Series::has_values);
-    if series.is_empty() {
-        return None;
-    }
-    let band: Vec<_> = column(run, |row| row.x_std_mm.map(|sigma| 2.0 * sigma));
-    let zero = band.iter().map(|half| half.map(|_| 0.0)).collect();
-    let band = Some(Rounded::new(band, MM_DECIMALS));
-    series.push(Series { band, ..curve("±2σ", "sigma", zero, 0) });
-    Some(Chart { histogram: true, series, ..chart("error", title, "mm", 3) })
 }
 
 impl Series {
@@ -260,54 +154,18 @@ impl Series {
 
 pub(super) fn chart(id: &'static str, title: &str, unit: &'static str, decimals: usize) -> Chart {
     let (series, limits) = (Vec::new(), Vec::new());
-    Chart { id, title: title.to_owned(), unit, decimals, log: false, histogram: false, series, limits }
+    let (title, note) = (title.to_owned(), String::new());
+    let (diagnostic, log, histogram, tolerance) = (false, false, false, None);
+    Chart { id, title, unit, note, diagnostic, tolerance, decimals, log, histogram, series, limits }
+}
+
+pub(super) fn diagnostic(id: &'static str, title: &str, unit: &'static str, decimals: usize, note: &str) -> Chart {
+    Chart { note: note.to_owned(), diagnostic: true, ..chart(id, title, unit, decimals) }
 }
 
 pub(super) fn curve(name: &str, look: &str, y: Vec<Option<f64>>, decimals: i32) -> Series {
     let y = Rounded::new(y, decimals);
     Series { name: name.to_owned(), look: look.to_owned(), dots: false, fits: true, y, band: None }
-}
-
-fn estimate(estimator: Estimator, y: Vec<Option<f64>>) -> Series {
-    curve(estimator.name(), look(estimator), y, MM_DECIMALS)
-}
-
-const fn look(estimator: Estimator) -> &'static str {
-    match estimator {
-        Estimator::Kcf => "kcf",
-        Estimator::Filtered => "filtered",
-        Estimator::Smoothed => "smoothed",
-    }
-}
-
-fn column(run: &Run, of: impl Fn(&PathRow) -> Option<f64>) -> Vec<Option<f64>> {
-    run.rows.iter().map(of).collect()
-}
-
-fn ribbon(run: &Run) -> Ribbon {
-    let letters = run.rows.iter().filter_map(|row| row.status.name().chars().next());
-    Ribbon { name: run.name.clone(), status: letters.collect() }
-}
-
-fn points(run: &Run, estimator: Estimator, name: String, look: String) -> Points {
-    let shape = match estimator {
-        Estimator::Kcf => "cross",
-        Estimator::Filtered => "circle",
-        Estimator::Smoothed => "diamond",
-    };
-    Points { name, look, shape, at: run.rows.iter().map(|row| row.point(estimator)).collect() }
-}
-
-fn viewer(run: &Run, points: Vec<Points>) -> Viewer {
-    let Run { summary, .. } = run;
-    Viewer {
-        width: summary.input.width_px,
-        height: summary.input.height_px,
-        axis: summary.calibration.stripe.to_string(),
-        mm_per_px: summary.calibration.mm_per_px.get(),
-        points,
-        images: Vec::new(),
-    }
 }
 
 /// A stored frame with its marks, rounded for the page.

@@ -5,18 +5,19 @@ use std::path::{Path, PathBuf};
 use image::RgbImage;
 
 use super::atomic::{ResultsError, write_atomically};
-use super::canvas::{Canvas, Rgb, VideoFile, frames_of_video};
+pub(super) use super::canvas::Rgb;
+use super::canvas::{Canvas, VideoFile, frames_of_video};
 use super::marks::FrameMarks;
 use super::results::{Estimator, PathRow, Status};
 use crate::frame::GrayFrame;
 use crate::output::unfinished::{self, Removal};
 
-/// Colours of Okabe and Ito, which stay apart for colour-blind eyes; each mark has its own shape as well.
-const STRIPE: Rgb = [86, 180, 233];
+/// The colours of the page's plots and pictures; each mark has its own shape as well, for colour-blind eyes.
+pub(super) const STRIPE: Rgb = [86, 180, 233];
 const ROI: Rgb = [160, 160, 160];
-const KCF: Rgb = [230, 159, 0];
-const FILTERED: Rgb = [255, 255, 255];
-const SMOOTHED: Rgb = [0, 200, 140];
+pub(super) const KCF: Rgb = [217, 122, 0];
+pub(super) const FILTERED: Rgb = [10, 132, 255];
+pub(super) const SMOOTHED: Rgb = [0, 160, 106];
 
 pub(super) const fn status_colour(status: Status) -> Rgb {
     match status {
@@ -252,6 +253,7 @@ mod tests {
         assert_eq!(rgb.get_pixel(50, 45).0, ROI);
         assert!(rgb.get_pixel(60, 40).0[0] > 200, "cross of the KCF peak");
         assert!(rgb.get_pixel(92, 40).0[2] > 200, "tick of the filtered centre");
+        assert!(rgb.get_pixel(92, 42).0.iter().all(|&c| c < 15), "a dark outline: {:?}", rgb.get_pixel(92, 42));
         assert_eq!(rgb.get_pixel(0, 50).0, status_colour(Status::Coasting));
         assert_eq!(rgb.get_pixel(30, 90).0, [20, 20, 20], "the rest is the frame");
     }

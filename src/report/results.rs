@@ -3,236 +3,13 @@
 //! An empty cell where there is no value, fixed decimals, booleans 0/1. Columns may be added at the end, never moved
 //! or renamed without a new [schema version](super::summary::SCHEMA_VERSION); a reader ignores those it does not know.
 
-use std::fmt;
 use std::path::Path;
 
-use serde::{Deserialize, Deserializer, Serialize};
-
 use super::atomic::{ResultsError, write_atomically};
-use crate::units::{PixelPoint, StripeAxis};
+use super::path_row::COLUMNS;
 
-/// What the tracker knew about the seam in one frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Status {
-    /// The seam has not been found yet.
-    Seeking,
-    /// The seam was seen.
-    Tracked,
-    /// The seam was not seen; the value is a prediction with a growing σ.
-    Coasting,
-    /// The seam was lost; no value is given.
-    Lost,
-    /// The frame could not be decoded.
-    Unreadable,
-}
-
-impl Status {
-    /// Whether a frame of this status has a value.
-    #[must_use]
-    pub const fn has_value(self) -> bool {
-        matches!(self, Self::Tracked | Self::Coasting)
-    }
-
-    /// The name used in `path.csv`.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Seeking => "seeking",
-            Self::Tracked => "tracked",
-            Self::Coasting => "coasting",
-            Self::Lost => "lost",
-            Self::Unreadable => "unreadable",
-        }
-    }
-}
-
-impl fmt::Display for Status {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// One row of `path.csv`.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
-pub struct PathRow {
-    /// Number of the frame, from 0 in processing order.
-    pub frame: usize,
-    /// Name of the frame's file; `name[number]` for a page or a picture of a video.
-    pub file: String,
-    /// Time stamp \[s\].
-    pub time_s: f64,
-    /// What the tracker knew.
-    pub status: Status,
-    /// The KCF's own peak, column \[px\].
-    pub kcf_u_px: Option<f64>,
-    /// The KCF's own peak, row \[px\].
-    pub kcf_v_px: Option<f64>,
-    /// Raw peak-to-sidelobe ratio of the KCF response.
-    pub psr: Option<f64>,
-    /// The KCF template learned from this frame.
-    #[serde(deserialize_with = "zero_or_one")]
-    pub template_updated: bool,
-    /// Filtered seam centre, column \[px\]; empty unless tracked or coasting.
-    pub u_px: Option<f64>,
-    /// Filtered seam centre, row \[px\].
-    pub v_px: Option<f64>,
-    /// Filtered position along the stripe from the origin \[mm\].
-    pub x_mm: Option<f64>,
-    /// One σ of `x_mm` \[mm\], without the scale's own.
-    pub x_std_mm: Option<f64>,
-    /// Normalised innovation squared of the observation.
-    pub nis: Option<f64>,
-    /// Smoothed seam centre, column \[px\].
-    pub smooth_u_px: Option<f64>,
-    /// Smoothed seam centre, row \[px\].
-    pub smooth_v_px: Option<f64>,
-    /// Smoothed position along the stripe from the origin \[mm\].
-    pub smooth_x_mm: Option<f64>,
-    /// One σ of `smooth_x_mm` \[mm\].
-    pub smooth_x_std_mm: Option<f64>,
-    /// Gap of a butt joint, shadow of a lap joint, as measured in this frame, along the stripe \[px\].
-    #[serde(default)]
-    pub gap_px: Option<f64>,
-    /// The same \[mm\].
-    #[serde(default)]
-    pub gap_mm: Option<f64>,
-    /// By how much the stripe behind the seam has the larger coordinate across it \[px\].
-    #[serde(default)]
-    pub mismatch_px: Option<f64>,
-    /// Shoulder of a V-groove before the root, column \[px\].
-    #[serde(default)]
-    pub shoulder_before_u_px: Option<f64>,
-    /// Shoulder before the root, row \[px\].
-    #[serde(default)]
-    pub shoulder_before_v_px: Option<f64>,
-    /// Shoulder behind the root, column \[px\].
-    #[serde(default)]
-    pub shoulder_behind_u_px: Option<f64>,
-    /// Shoulder behind the root, row \[px\].
-    #[serde(default)]
-    pub shoulder_behind_v_px: Option<f64>,
-    /// Way of the torch since the first frame, where its speed is given \[mm\].
-    #[serde(default)]
-    pub travel_mm: Option<f64>,
-}
-
-impl PathRow {
-    /// Whether there is a value: the filter's, or, before the seam was found, the smoother's.
-    #[must_use]
-    pub fn has_value(&self) -> bool {
-        self.status.has_value() || (self.status == Status::Seeking && self.smooth_u_px.is_some())
-    }
-
-    /// A row without any value.
-    #[must_use]
-    pub const fn empty(frame: usize, file: String, time_s: f64, status: Status) -> Self {
-        Self {
-            frame,
-            file,
-            time_s,
-            status,
-            kcf_u_px: None,
-            kcf_v_px: None,
-            psr: None,
-            template_updated: false,
-            u_px: None,
-            v_px: None,
-            x_mm: None,
-            x_std_mm: None,
-            nis: None,
-            smooth_u_px: None,
-            smooth_v_px: None,
-            smooth_x_mm: None,
-            smooth_x_std_mm: None,
-            gap_px: None,
-            gap_mm: None,
-            mismatch_px: None,
-            shoulder_before_u_px: None,
-            shoulder_before_v_px: None,
-            shoulder_behind_u_px: None,
-            shoulder_behind_v_px: None,
-            travel_mm: None,
-        }
-    }
-
-    /// The seam centre of one estimate.
-    #[must_use]
-    pub fn point(&self, estimate: Estimator) -> Option<PixelPoint> {
-        let (u, v) = match estimate {
-            Estimator::Kcf => (self.kcf_u_px, self.kcf_v_px),
-            Estimator::Filtered => (self.u_px, self.v_px),
-            Estimator::Smoothed => (self.smooth_u_px, self.smooth_v_px),
-        };
-        Some(PixelPoint::new(u?, v?))
-    }
-
-    /// The coordinate of one estimate along the stripe \[px\].
-    #[must_use]
-    pub fn along_px(&self, estimate: Estimator, axis: StripeAxis) -> Option<f64> {
-        self.point(estimate).map(|point| axis.along_px(point))
-    }
-}
-
-/// The three estimates of the seam centre in a row, in the order of the papers' tables.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Estimator {
-    /// The KCF's own peak in this run.
-    Kcf,
-    /// The causal filter.
-    Filtered,
-    /// The smoother.
-    Smoothed,
-}
-
-impl Estimator {
-    /// All three.
-    pub const ALL: [Self; 3] = [Self::Kcf, Self::Filtered, Self::Smoothed];
-
-    /// The name in tables and plots.
-    #[must_use]
-    pub const fn name(self) -> &'static str {
-        match self {
-            Self::Kcf => "KCF alone",
-            Self::Filtered => "filtered",
-            Self::Smoothed => "smoothed",
-        }
-    }
-}
-
-/// The columns of the contract, in order, then those added since.
-const COLUMNS: [&str; 25] = [
-    "frame",
-    "file",
-    "time_s",
-    "status",
-    "kcf_u_px",
-    "kcf_v_px",
-    "psr",
-    "template_updated",
-    "u_px",
-    "v_px",
-    "x_mm",
-    "x_std_mm",
-    "nis",
-    "smooth_u_px",
-    "smooth_v_px",
-    "smooth_x_mm",
-    "smooth_x_std_mm",
-    "gap_px",
-    "gap_mm",
-    "mismatch_px",
-    "shoulder_before_u_px",
-    "shoulder_before_v_px",
-    "shoulder_behind_u_px",
-    "shoulder_behind_v_px",
-    "travel_mm",
-];
-
-const PX_DECIMALS: usize = 3;
-const MM_DECIMALS: usize = 4;
-const PSR_DECIMALS: usize = 3;
-const NIS_DECIMALS: usize = 4;
+pub(crate) use super::path_row::fixed;
+pub use super::path_row::{Estimator, PathRow, Status};
 
 /// Write `path.csv`. Time stamps have 3 decimals, or 6 when some do not fit into 3.
 ///
@@ -245,54 +22,13 @@ pub fn write_path_csv(path: &Path, rows: &[PathRow]) -> Result<(), ResultsError>
         let mut csv = csv::Writer::from_writer(file);
         csv.write_record(COLUMNS)?;
         for row in rows {
-            csv.write_record(&cells(row, time_decimals)?)?;
+            if let Some(value) = row.numbers().find(|value| !value.is_finite()) {
+                return Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame)));
+            }
+            csv.write_record(row.cells(time_decimals))?;
         }
         csv.flush()
     })
-}
-
-fn cells(row: &PathRow, time_decimals: usize) -> std::io::Result<Vec<String>> {
-    let cell = |value: Option<f64>, decimals: usize| match value {
-        None => Ok(String::new()),
-        Some(value) if value.is_finite() => Ok(fixed(value, decimals)),
-        Some(value) => Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame))),
-    };
-    Ok(vec![
-        row.frame.to_string(),
-        row.file.clone(),
-        cell(Some(row.time_s), time_decimals)?,
-        row.status.name().to_owned(),
-        cell(row.kcf_u_px, PX_DECIMALS)?,
-        cell(row.kcf_v_px, PX_DECIMALS)?,
-        cell(row.psr, PSR_DECIMALS)?,
-        u8::from(row.template_updated).to_string(),
-        cell(row.u_px, PX_DECIMALS)?,
-        cell(row.v_px, PX_DECIMALS)?,
-        cell(row.x_mm, MM_DECIMALS)?,
-        cell(row.x_std_mm, MM_DECIMALS)?,
-        cell(row.nis, NIS_DECIMALS)?,
-        cell(row.smooth_u_px, PX_DECIMALS)?,
-        cell(row.smooth_v_px, PX_DECIMALS)?,
-        cell(row.smooth_x_mm, MM_DECIMALS)?,
-        cell(row.smooth_x_std_mm, MM_DECIMALS)?,
-        cell(row.gap_px, PX_DECIMALS)?,
-        cell(row.gap_mm, MM_DECIMALS)?,
-        cell(row.mismatch_px, PX_DECIMALS)?,
-        cell(row.shoulder_before_u_px, PX_DECIMALS)?,
-        cell(row.shoulder_before_v_px, PX_DECIMALS)?,
-        cell(row.shoulder_behind_u_px, PX_DECIMALS)?,
-        cell(row.shoulder_behind_v_px, PX_DECIMALS)?,
-        cell(row.travel_mm, MM_DECIMALS)?,
-    ])
-}
-
-/// `value` with `decimals` decimals, without a negative zero.
-pub(crate) fn fixed(value: f64, decimals: usize) -> String {
-    let text = format!("{value:.decimals$}");
-    match text.strip_prefix('-') {
-        Some(digits) if digits.bytes().all(|b| b == b'0' || b == b'.') => digits.to_owned(),
-        _ => text,
-    }
 }
 
 /// Read `path.csv`.
@@ -310,47 +46,13 @@ pub fn read_path_csv(path: &Path) -> Result<Vec<PathRow>, ResultsError> {
             let problem = format!("frame {} stands where {expected} is due; frames count from 0", row.frame);
             return Err(ResultsError::content(path, problem));
         }
-        if !numbers(&row).into_iter().flatten().all(f64::is_finite) {
+        if !row.numbers().all(f64::is_finite) {
             let problem = format!("frame {} has a value that is not finite; leave the cell empty", row.frame);
             return Err(ResultsError::content(path, problem));
         }
         rows.push(row);
     }
     Ok(rows)
-}
-
-fn numbers(row: &PathRow) -> [Option<f64>; 21] {
-    [
-        Some(row.time_s),
-        row.kcf_u_px,
-        row.kcf_v_px,
-        row.psr,
-        row.u_px,
-        row.v_px,
-        row.x_mm,
-        row.x_std_mm,
-        row.nis,
-        row.smooth_u_px,
-        row.smooth_v_px,
-        row.smooth_x_mm,
-        row.smooth_x_std_mm,
-        row.gap_px,
-        row.gap_mm,
-        row.mismatch_px,
-        row.shoulder_before_u_px,
-        row.shoulder_before_v_px,
-        row.shoulder_behind_u_px,
-        row.shoulder_behind_v_px,
-        row.travel_mm,
-    ]
-}
-
-fn zero_or_one<'de, D: Deserializer<'de>>(cell: D) -> Result<bool, D::Error> {
-    match u8::deserialize(cell)? {
-        0 => Ok(false),
-        1 => Ok(true),
-        other => Err(serde::de::Error::custom(format!("expected 0 or 1, got {other}"))),
-    }
 }
 
 #[cfg(test)]
@@ -385,10 +87,17 @@ mod tests {
             lines[0],
             "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
              smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm,gap_px,gap_mm,mismatch_px,\
-             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm"
+             shoulder_before_u_px,shoulder_before_v_px,shoulder_behind_u_px,shoulder_behind_v_px,travel_mm,\
+             lateral_mm,height_mm,lateral_std_mm,height_std_mm,calib_lateral_std_mm,calib_height_std_mm,calibrated,\
+             gap_std_mm,hi_lo_mm,hi_lo_std_mm,groove_width_mm,groove_width_std_mm,depth_mm,depth_std_mm,\
+             opening_angle_deg,opening_angle_std_deg,root_opening_mm,root_opening_std_mm,area_mm2,area_std_mm2,\
+             along_std_px,smooth_along_std_px"
         );
-        assert_eq!(lines[1], "0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000,,,,,,,,,,,,");
-        assert_eq!(lines[2], "1,\"a,b.png\",0.200,lost,,,,0,,,,,,,,,,,,,,,,,");
+        assert_eq!(
+            lines[1],
+            format!("0,0000.png,0.000,tracked,,,11.250,1,320.123,200.000,0.0000,0.0120,1.5000{}", ",".repeat(34))
+        );
+        assert_eq!(lines[2], format!("1,\"a,b.png\",0.200,lost,,,,0{}", ",".repeat(39)));
     }
 
     #[test]
@@ -406,7 +115,7 @@ mod tests {
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()
-            .zip(["height_mm", "3.5"])
+            .zip(["brightness", "3.5"])
             .map(|(line, cell)| format!("{line},{cell}\n"))
             .collect();
         std::fs::write(&path, wider).unwrap();

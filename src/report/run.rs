@@ -3,10 +3,13 @@
 use std::path::{Path, PathBuf};
 
 use super::atomic::ResultsError;
+use super::measures::{Measure, read_measures};
 use super::results::{Estimator, PathRow, Status, read_path_csv};
 use super::summary::{Summary, read_summary};
 use super::thumbnails::{Thumbnail, read_thumbnails};
 use super::truth::{self, read_truth_along_px};
+use crate::calib::Ruler;
+use crate::units::{LengthUnit, PixelPoint};
 
 /// Everything the report shows.
 #[derive(Debug, Clone)]
@@ -21,6 +24,8 @@ pub struct Run {
     pub summary: Summary,
     /// True coordinate along the stripe of each frame \[px\], if the truth was given.
     pub truth_px: Option<Vec<Option<f64>>>,
+    /// What was measured of the joint besides its place.
+    pub measures: Vec<Measure>,
     /// Stored frames in order.
     pub thumbnails: Vec<Thumbnail>,
 }
@@ -31,51 +36,83 @@ impl Run {
     /// # Errors
     /// When a file cannot be read or breaks the contract.
     pub fn read(dir: &Path) -> Result<Self, ResultsError> {
+        Ok(Self { thumbnails: read_thumbnails(dir)?, ..Self::read_figures(dir)? })
+    }
+
+    /// As [`read`](Self::read), without the stored frames.
+    ///
+    /// # Errors
+    /// When a file cannot be read or breaks the contract.
+    pub fn read_figures(dir: &Path) -> Result<Self, ResultsError> {
         let summary = read_summary(&dir.join("summary.json"))?;
         let rows = read_path_csv(&dir.join("path.csv"))?;
+        let measures = read_measures(&dir.join("path.csv"))?;
         let axis = summary.calibration.stripe;
-        let truth_px = read_truth_along_px(&dir.join(truth::FILE_NAME), axis, rows.len())?;
-        let thumbnails = read_thumbnails(dir)?;
+        let truth_px =
+            read_truth_along_px(&dir.join(truth::FILE_NAME), axis, (summary.input.first_frame(), rows.len()))?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
-        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, thumbnails })
+        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails: Vec::new() })
     }
 
-    /// Position of one estimate along the stripe from `origin_px`, frame by frame \[mm\].
+    /// What measures along the stripe: from where `x_mm` is 0, or, when the summary does not say, from the first value.
     #[must_use]
-    pub fn position_mm(&self, estimator: Estimator, origin_px: f64) -> Vec<Option<f64>> {
-        let (scale, axis) = (self.summary.calibration.mm_per_px.get(), self.summary.calibration.stripe);
-        self.rows.iter().map(|row| row.along_px(estimator, axis).map(|px| scale * (px - origin_px))).collect()
+    pub fn ruler(&self) -> Ruler {
+        let calibration = &self.summary.calibration;
+        let (sensor, axis) = (calibration.sensor(), calibration.stripe);
+        let given = calibration.origin_px.map(|along_px| {
+            axis.image_from_stripe(PixelPoint::new(along_px, calibration.origin_across_px.unwrap_or(0.0)))
+        });
+        let first = || self.rows.iter().find_map(|row| row.point(Estimator::Filtered));
+        Ruler { sensor, axis, origin: given.or_else(first).unwrap_or(PixelPoint::new(0.0, 0.0)) }
     }
 
-    /// The true position from `origin_px` \[mm\].
+    /// The unit of lengths.
     #[must_use]
-    pub fn true_position_mm(&self, origin_px: f64) -> Option<Vec<Option<f64>>> {
-        let scale = self.summary.calibration.mm_per_px.get();
-        let truth = self.truth_px.as_ref()?;
-        Some(truth.iter().map(|px| px.map(|px| scale * (px - origin_px))).collect())
+    pub fn unit(&self) -> LengthUnit {
+        self.summary.calibration.sensor().unit()
     }
 
-    /// Estimate − truth \[mm\], where both are known.
+    /// Position of one estimate along the stripe by `ruler`, frame by frame.
     #[must_use]
-    pub fn error_mm(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
-        Some(self.error_against_mm(estimator, self.truth_px.as_ref()?))
+    pub fn position(&self, estimator: Estimator, ruler: &Ruler) -> Vec<Option<f64>> {
+        self.rows.iter().map(|row| ruler.position(row.point(estimator)?)).collect()
     }
 
-    /// Estimate − truth \[mm\] for a truth along the stripe \[px\], where both are known.
+    /// The true position by `ruler`, at the height of the seam as it was estimated.
     #[must_use]
-    pub fn error_against_mm(&self, estimator: Estimator, truth_px: &[Option<f64>]) -> Vec<Option<f64>> {
-        let scale = self.summary.calibration.mm_per_px.get();
-        let truth_mm: Vec<_> = truth_px.iter().map(|px| px.map(|px| scale * px)).collect();
-        difference(&self.position_mm(estimator, 0.0), &truth_mm)
+    pub fn true_position(&self, ruler: &Ruler) -> Option<Vec<Option<f64>>> {
+        let truth_px = self.truth_px.as_ref()?;
+        let position = |(row, along_px): (&PathRow, &Option<f64>)| {
+            let seen = row.point(Estimator::Smoothed).or(row.point(Estimator::Filtered)).unwrap_or(ruler.origin);
+            let place = PixelPoint::new((*along_px)?, ruler.axis.across_px(seen));
+            ruler.position(ruler.axis.image_from_stripe(place))
+        };
+        Some(self.rows.iter().zip(truth_px).map(position).collect())
     }
 
-    /// Where `x_mm` is 0 \[px\]; the first value along the stripe when the summary does not say.
+    /// Estimate − truth, where both are known.
     #[must_use]
-    pub fn origin_px(&self) -> f64 {
-        let axis = self.summary.calibration.stripe;
-        let first = || self.rows.iter().find_map(|row| row.along_px(Estimator::Filtered, axis));
-        self.summary.calibration.origin_px.or_else(first).unwrap_or(0.0)
+    pub fn error(&self, estimator: Estimator) -> Option<Vec<Option<f64>>> {
+        Some(self.error_against(estimator, self.truth_px.as_ref()?))
+    }
+
+    /// Estimate − truth for a truth along the stripe \[px\], where both are known: in pixels first, so that no origin enters.
+    #[must_use]
+    pub fn error_against(&self, estimator: Estimator, truth_px: &[Option<f64>]) -> Vec<Option<f64>> {
+        let ruler = self.ruler();
+        let error = |(row, truth_px): (&PathRow, &Option<f64>)| {
+            let point = row.point(estimator)?;
+            ruler.error(point, ruler.axis.along_px(point) - (*truth_px)?)
+        };
+        self.rows.iter().zip(truth_px).map(error).collect()
+    }
+
+    /// One σ of an estimate along the stripe, frame by frame.
+    #[must_use]
+    pub fn sigma(&self, estimator: Estimator) -> Vec<Option<f64>> {
+        let unit = self.unit();
+        self.rows.iter().map(|row| row.sigma(estimator, unit)).collect()
     }
 
     /// Frames without a value ([`PathRow::has_value`]) where there is a seam: of all frames, or of those that the truth has a seam in.
@@ -112,10 +149,4 @@ impl Unavailable {
     pub fn percent(self) -> f64 {
         if self.of == 0 { 100.0 } else { 100.0 * self.without_value as f64 / self.of as f64 }
     }
-}
-
-/// a − b where both are known.
-#[must_use]
-pub fn difference(a: &[Option<f64>], b: &[Option<f64>]) -> Vec<Option<f64>> {
-    a.iter().zip(b).map(|(a, b)| Some((*a)? - (*b)?)).collect()
 }

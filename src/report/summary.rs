@@ -5,14 +5,18 @@
 
 use std::io::Write;
 use std::path::Path;
+use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
 use super::atomic::{ResultsError, write_atomically};
 use super::results::Estimator;
-use crate::eval::Errors;
-use crate::units::{MmPerPx, StripeAxis};
+use super::tolerance::Tolerance;
+use crate::calib::file::CalibrationFile;
+use crate::calib::{KnownSensor, Sensor};
+use crate::eval::{Errors, PlaneErrors};
+use crate::units::{MmPerPx, PixelPoint, StripeAxis};
 
 /// Version of `summary.json` and `path.csv` together.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -42,6 +46,12 @@ pub struct Summary {
     /// Errors against the truth, if it is known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub errors: Option<ErrorTable>,
+    /// Errors of the filtered path in the plane of a calibrated laser, if the truth has a place in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plane_errors: Option<PlaneErrors>,
+    /// The path within its tolerance, if one was given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<Tolerance>,
 }
 
 /// What was read.
@@ -58,20 +68,91 @@ pub struct Input {
     pub more: Map<String, Value>,
 }
 
-/// The scale and the axis of a run.
+/// Key of [`Input::more`] for the recording's number of the run's first frame, with `--frames`.
+pub const FIRST_FRAME: &str = "first_frame";
+
+impl Input {
+    /// The recording's number of the run's first frame: 0 without `--frames`.
+    #[must_use]
+    pub fn first_frame(&self) -> usize {
+        self.more.get(FIRST_FRAME).and_then(Value::as_u64).map_or(0, |first| first as usize)
+    }
+}
+
+/// What turned the pixels of a run into millimetres, if anything did.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Calibration {
-    /// Scale along the stripe \[mm/px\].
-    pub mm_per_px: MmPerPx,
+    /// One scale along the stripe \[mm/px\]; absent without a scale, and where camera and laser plane are calibrated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mm_per_px: Option<MmPerPx>,
+    /// σ of that scale, where it is known \[mm/px\]: all millimetres are off by the same share.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_mm_per_px: Option<f64>,
     /// Which way the stripe runs.
     pub stripe: StripeAxis,
     /// Coordinate along the stripe where `x_mm` is 0 \[px\]; absent when nothing was tracked.
     pub origin_px: Option<f64>,
+    /// That across the stripe, where it matters \[px\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub origin_across_px: Option<f64>,
     /// Where the scale comes from, in words.
     pub source: String,
-    /// Anything else worth saying (camera, laser plane …).
+    /// The calibration file's own account of camera, laser plane and range, without covariance and boards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub file: Option<Box<CalibrationFile>>,
+    /// Anything else worth saying.
     #[serde(flatten)]
     pub more: Map<String, Value>,
+}
+
+impl Calibration {
+    /// Nobody said what a pixel is.
+    #[must_use]
+    pub fn unknown(stripe: StripeAxis) -> Self {
+        Self::of(&KnownSensor::unknown(), stripe, None)
+    }
+
+    /// What is known of a sensor, and the pixel where `x_mm` is 0.
+    #[must_use]
+    pub fn of(known: &KnownSensor, stripe: StripeAxis, origin: Option<PixelPoint>) -> Self {
+        let is_plane = known.sensor.laser_camera().is_some();
+        let own = |file: &CalibrationFile| {
+            let (covariance, views, images) = (None, vec![], vec![]);
+            Box::new(CalibrationFile { covariance, views, images, ..file.clone() })
+        };
+        Self {
+            mm_per_px: if let Sensor::Scale(mm_per_px) = known.sensor { Some(mm_per_px) } else { None },
+            std_mm_per_px: known.std_mm_per_px,
+            stripe,
+            origin_px: origin.map(|origin| stripe.along_px(origin)),
+            origin_across_px: origin.filter(|_| is_plane).map(|origin| stripe.across_px(origin)),
+            source: known.source.clone(),
+            file: known.file.as_ref().map(own),
+            more: Map::new(),
+        }
+    }
+
+    /// The sensor, without its uncertainty.
+    #[must_use]
+    pub fn sensor(&self) -> Sensor {
+        let plane = || self.file.as_ref()?.laser_camera().ok();
+        match self.mm_per_px {
+            Some(mm_per_px) => Sensor::Scale(mm_per_px),
+            None => plane().map_or(Sensor::Pixels, |sensor| Sensor::Plane(Arc::new(sensor))),
+        }
+    }
+
+    /// The scale in a few words.
+    #[must_use]
+    pub fn words(&self) -> String {
+        let source = &self.source;
+        match (self.mm_per_px, self.std_mm_per_px, &self.file) {
+            (Some(scale), Some(std), _) => format!("{} ± {std:.6} mm/px ({source})", scale.get()),
+            (Some(scale), None, _) => format!("{} mm/px ({source})", scale.get()),
+            (None, _, Some(file)) => format!("Millimetres by {source} ({}, {})", file.id, file.date),
+            (None, _, None) => "Lengths in pixels".to_owned(),
+        }
+    }
 }
 
 /// Limits that give the plots and the verdict their meaning.
@@ -83,6 +164,9 @@ pub struct Limits {
     pub nis: Option<f64>,
     /// `--max-unavailable` \[% of the frames\].
     pub max_unavailable_pct: Option<f64>,
+    /// `--tolerance`: half the width of the band that the path is to stay in \[mm\].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance_mm: Option<f64>,
 }
 
 /// Frames by status. `repeated` and `saturated` frames are counted under their status as well.
@@ -192,7 +276,7 @@ impl ErrorTable {
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError> {
     write_atomically(path, |file| {
         let mut value = serde_json::to_value(summary)?;
-        for key in ["timing", "errors"] {
+        for key in ["timing", "errors", "plane_errors", "tolerance"] {
             value.get_mut(key).into_iter().for_each(round);
         }
         serde_json::to_writer_pretty(&mut *file, &value)?;

@@ -3,27 +3,27 @@
 use super::results::Estimator;
 use super::run::Run;
 use crate::eval::Errors;
+use crate::units::LengthUnit;
 
-/// Heads of the columns, with their units.
-pub const HEADS: [&str; 9] = [
-    "mean abs. [mm]",
-    "max [mm]",
-    "SD [mm]",
-    "RMSE [mm]",
-    "P95 [mm]",
-    "bias [mm]",
-    "in ±2σ [%]",
-    "wrong",
-    "unavailable",
-];
+/// Columns of the table.
+pub const COLUMNS: usize = 9;
+
+/// Heads of the columns, with the unit of their lengths.
+#[must_use]
+pub fn heads(unit: LengthUnit) -> [String; COLUMNS] {
+    let length = |name: &str| format!("{name} [{unit}]");
+    let [wrong, unavailable] = ["wrong", "unavailable"].map(str::to_owned);
+    let [mean, max, sd, rmse, p95, bias] = ["mean abs.", "max", "SD", "RMSE", "P95", "bias"].map(length);
+    [mean, max, sd, rmse, p95, bias, "in ±2σ [%]".to_owned(), wrong, unavailable]
+}
 
 /// One row of the table.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct TableRow {
     /// The method.
     pub name: String,
-    /// One cell for each of [`HEADS`].
-    pub cells: [String; HEADS.len()],
+    /// One cell for each of [`heads`].
+    pub cells: [String; COLUMNS],
 }
 
 /// One row for each estimate of `run` that has errors; none without a truth.
@@ -37,15 +37,15 @@ pub fn error_rows(run: &Run) -> Vec<TableRow> {
     Estimator::ALL.into_iter().filter_map(row).collect()
 }
 
-fn cells(errors: &Errors) -> [String; HEADS.len()] {
-    let mm = |value: f64| format!("{value:.3}");
+fn cells(errors: &Errors) -> [String; COLUMNS] {
+    let length = |value: f64| format!("{value:.3}");
     [
-        mm(errors.mae_mm),
-        mm(errors.max_mm),
-        mm(errors.std_mm),
-        mm(errors.rmse_mm),
-        mm(errors.p95_mm),
-        format!("{:+.3}", errors.bias_mm),
+        length(errors.mae),
+        length(errors.max),
+        length(errors.std),
+        length(errors.rmse),
+        length(errors.p95),
+        format!("{:+.3}", errors.bias),
         errors.coverage_2sigma.map_or("–".to_owned(), |share| format!("{:.1}", 100.0 * share)),
         errors.wrong_frames.to_string(),
         errors.unavailable_frames.to_string(),

@@ -4,9 +4,10 @@ use std::fmt::Write;
 
 use super::results::{Estimator, Status};
 use super::run::Run;
-use super::table::{HEADS, TableRow, error_rows};
+use super::table::{TableRow, error_rows, heads};
 use super::textplot::text_plot;
 use super::verdict::{Trust, verdict};
+use crate::units::LengthUnit;
 
 const PLOT_COLUMNS: usize = 64;
 const PLOT_ROWS: usize = 7;
@@ -53,8 +54,8 @@ pub fn terminal_summary(run: &Run, colour: Colour) -> String {
         text += &format!("  {fact}\n");
     }
     let estimator =
-        if run.rows.iter().any(|row| row.smooth_x_mm.is_some()) { Estimator::Smoothed } else { Estimator::Filtered };
-    let plot = text_plot(&run.position_mm(estimator, run.origin_px()), PLOT_COLUMNS, PLOT_ROWS, "mm");
+        if run.rows.iter().any(|row| row.smooth_u_px.is_some()) { Estimator::Smoothed } else { Estimator::Filtered };
+    let plot = text_plot(&run.position(estimator, &run.ruler()), PLOT_COLUMNS, PLOT_ROWS, run.unit().name());
     if !plot.is_empty() {
         let indent = plot[0].chars().position(|c| c == '┤').unwrap_or(0);
         let last = run.rows.len().saturating_sub(1);
@@ -67,7 +68,7 @@ pub fn terminal_summary(run: &Run, colour: Colour) -> String {
     }
     let rows = error_rows(run);
     if !rows.is_empty() {
-        text += &format!("\n{}", text_table(&rows));
+        text += &format!("\n{}", text_table(&rows, run.unit()));
     }
     let timing = &run.summary.timing;
     let _ = write!(
@@ -103,17 +104,17 @@ const fn severity(status: Status) -> (u8, char) {
 
 /// The papers' table with aligned columns.
 #[must_use]
-pub fn text_table(rows: &[TableRow]) -> String {
+pub fn text_table(rows: &[TableRow], unit: LengthUnit) -> String {
+    let heads = heads(unit);
     let name_width = rows.iter().map(|row| row.name.chars().count()).max().unwrap_or(0);
     let width = |column: usize| {
         let cells = rows.iter().map(|row| row.cells[column].chars().count());
-        cells.chain([HEADS[column].chars().count()]).max().unwrap_or(0)
+        cells.chain([heads[column].chars().count()]).max().unwrap_or(0)
     };
     let line = |name: &str, cells: &[String]| {
         let cells: String =
             cells.iter().enumerate().map(|(column, cell)| format!("  {cell:>width$}", width = width(column))).collect();
         format!("  {name:<name_width$}{cells}\n")
     };
-    let heads = HEADS.map(str::to_owned);
     std::iter::once(line("", &heads)).chain(rows.iter().map(|row| line(&row.name, &row.cells))).collect()
 }

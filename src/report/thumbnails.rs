@@ -27,7 +27,7 @@ const MAX_WIDTH_PX: usize = 640;
 const JPEG_QUALITY: u8 = 60;
 /// What most frames take at that quality: the first guess of k.
 const TYPICAL_JPEG_BYTES: usize = 15_000;
-/// Kept per reason, above what [`worst_frames`](super::worst::worst_frames) lists: it skips neighbours.
+/// Kept per reason, above what [`places`](super::places::places) lists: it skips neighbours.
 const WORST_KEPT: usize = 24;
 /// First frames of stretches without an observation that are kept.
 const EPISODES_KEPT: usize = 48;

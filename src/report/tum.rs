@@ -6,6 +6,8 @@
 use std::io::Write;
 use std::path::Path;
 
+use nalgebra::Vector3;
+
 use super::atomic::{ResultsError, write_atomically};
 
 /// Write the positions that are known. Nine decimals: a nanometre, finer than `path.csv`.
@@ -18,6 +20,20 @@ pub fn write_tum(path: &Path, samples: impl IntoIterator<Item = (f64, Option<f64
             if let Some(x_mm) = x_mm {
                 writeln!(file, "{time_s:.6} {:.9} 0 0 0 0 0 1", x_mm / 1000.0)?;
             }
+        }
+        Ok(())
+    })
+}
+
+/// Write the points of a path in space \[mm\]; the orientation is the identity.
+///
+/// # Errors
+/// When the file cannot be written.
+pub fn write_points(path: &Path, points: impl IntoIterator<Item = (f64, Vector3<f64>)>) -> Result<(), ResultsError> {
+    write_atomically(path, |file| {
+        for (time_s, point_mm) in points {
+            let m = point_mm / 1000.0;
+            writeln!(file, "{time_s:.6} {:.9} {:.9} {:.9} 0 0 0 1", m.x, m.y, m.z)?;
         }
         Ok(())
     })

@@ -310,13 +310,6 @@ impl PoolOutcome {
         counts
     }
 
-    /// Frames without a value after the first one with one; all of them when there is none.
-    #[must_use]
-    pub fn unavailable_frames(&self) -> usize {
-        let found = self.rows.iter().position(|row| row.filtered_px.is_some());
-        self.rows[found.unwrap_or(0)..].iter().filter(|row| row.filtered_px.is_none()).count()
-    }
-
     /// The errors of the three estimates against a truth \[px\], one a frame.
     #[must_use]
     pub fn errors(&self, truth_px: &[Option<f64>], scale: MmPerPx) -> PoolErrors {

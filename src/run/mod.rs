@@ -9,13 +9,14 @@ mod summarise;
 
 use std::time::Instant;
 
-pub use score::error_table;
+pub use score::{error_table, plane_errors};
 pub use second_pass::Reopen;
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
 use self::rows::{fill_smoothed, row};
-use crate::calib::{Origin, ScaleCalibration, Sensor};
+use crate::calib::laser_camera::OtherImageSize;
+use crate::calib::{KnownSensor, Origin, Ruler};
 use crate::config::{Config, ConfigError};
 use crate::frame::GrayFrame;
 use crate::report::marks::FrameMarks;
@@ -71,8 +72,8 @@ pub struct RunOutcome {
     pub size_px: (usize, usize),
     /// Which way the stripe runs, if one was seen.
     pub axis: Option<StripeAxis>,
-    /// Millimetres; none when nothing was tracked and the origin is the first tracked frame.
-    pub calibration: Option<ScaleCalibration>,
+    /// What measures along the stripe; none when nothing was tracked and the origin is the first tracked frame.
+    pub ruler: Option<Ruler>,
     /// Frames by status.
     pub counts: FrameCounts,
     /// How long it took.
@@ -114,6 +115,27 @@ pub enum RunError {
         /// The part of the picture.
         roi: PixelRect,
     },
+    /// The calibration is of pictures of another size.
+    #[error(
+        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size",
+        sizes.calibrated_px.0, sizes.calibrated_px.1, sizes.got_px.0, sizes.got_px.1
+    )]
+    OtherImageSize {
+        /// The calibration.
+        source_name: String,
+        /// The two sizes.
+        sizes: OtherImageSize,
+    },
+    /// The calibration is of a stripe that runs the other way.
+    #[error("{source_name} is of a {calibrated} stripe, but --stripe says {given}: leave --stripe out")]
+    OtherStripe {
+        /// The calibration.
+        source_name: String,
+        /// How its stripe runs.
+        calibrated: StripeAxis,
+        /// How it is said to run.
+        given: StripeAxis,
+    },
     /// No frame could be read.
     #[error("none of the {frames} frames could be read; the first: {first}")]
     NothingReadable {
@@ -124,21 +146,22 @@ pub enum RunError {
     },
 }
 
-/// Tracks the seam through `source`. `watch` is called after each frame, in order. Where the smoother may look at the whole
-/// recording, frames that are left without a value are gone through once more, backwards, as `reopen` gives them.
+/// Tracks the seam through `source`, measured by a sensor. `watch` is called after each frame, in order. Where the smoother may
+/// look at the whole recording, frames that are left without a value are gone through once more, backwards, as `reopen` gives
+/// them.
 ///
 /// Frames are decoded on a second thread; the result does not depend on it.
 ///
 /// # Errors
-/// When the configuration is wrong, no frame can be read, or the tracker fails.
+/// When the configuration is wrong, no frame can be read, the calibration is of other pictures, or the tracker fails.
 pub fn track(
     mut source: Box<dyn FrameSource>,
     reopen: Reopen<'_>,
-    config: &Config,
+    (config, known): (&Config, &KnownSensor),
     origin: Origin,
     mut watch: impl FnMut(&Seen<'_>),
 ) -> Result<RunOutcome, RunError> {
-    let mut run = Run::new(config, origin)?;
+    let mut run = Run::new(config, known, origin)?;
     let sixteen_bit_scale = source.sixteen_bit_scale();
     let started = Instant::now();
     decode_ahead(
@@ -157,6 +180,7 @@ pub fn track(
 /// A run under way.
 struct Run<'a> {
     config: &'a Config,
+    known: &'a KnownSensor,
     origin: Origin,
     settings: SessionSettings,
     session: Session,
@@ -165,7 +189,7 @@ struct Run<'a> {
     lagged: Vec<Option<SeamEstimate>>,
     joints: Vec<JointDecision>,
     sizes: SizeCheck,
-    calibration: Option<ScaleCalibration>,
+    ruler: Option<Ruler>,
     rows: Vec<PathRow>,
     marks: Vec<FrameMarks>,
     counts: FrameCounts,
@@ -175,17 +199,22 @@ struct Run<'a> {
 }
 
 impl<'a> Run<'a> {
-    fn new(config: &'a Config, origin: Origin) -> Result<Self, RunError> {
+    fn new(config: &'a Config, known: &'a KnownSensor, origin: Origin) -> Result<Self, RunError> {
+        let (given, calibrated) = (config.stripe.axis(), known.stripe_axis());
+        if let Some((given, calibrated)) = given.zip(calibrated).filter(|(given, calibrated)| given != calibrated) {
+            return Err(RunError::OtherStripe { source_name: known.source.clone(), calibrated, given });
+        }
         let settings = SessionSettings {
             method: config.method()?,
-            axis: config.stripe.axis(),
+            axis: given.or(calibrated),
             seed_at: config.seed_at(),
-            sensor: Sensor::Scale(config.mm_per_px),
+            sensor: known.sensor.clone(),
             roi: config.roi(),
             lag: config.fixed_lag,
         };
         Ok(Self {
             config,
+            known,
             origin,
             session: Session::new(&settings)?,
             settings,
@@ -193,7 +222,7 @@ impl<'a> Run<'a> {
             lagged: vec![],
             joints: vec![],
             sizes: SizeCheck::default(),
-            calibration: None,
+            ruler: None,
             rows: vec![],
             marks: vec![],
             counts: FrameCounts::default(),
@@ -206,6 +235,7 @@ impl<'a> Run<'a> {
     fn step(&mut self, frame: SourceFrame, watch: &mut impl FnMut(&Seen<'_>)) -> Result<(), RunError> {
         let SourceFrame { file, time_s, picture } = self.sizes.admit(frame);
         self.check_seed()?;
+        self.check_size()?;
         let estimate = match &picture {
             Err(error) => {
                 self.first_error.get_or_insert_with(|| error.to_string());
@@ -224,11 +254,10 @@ impl<'a> Run<'a> {
             }
         };
         self.lagged.extend(self.session.due());
-        self.calibrate(estimate.as_ref());
-        let axis = self.session.axis().unwrap_or(StripeAxis::Horizontal);
+        self.lay_ruler(estimate.as_ref());
         let started_s = self.rows.first().map_or(time_s, |first| first.time_s);
         let travel_mm = self.config.speed_mm_s.map(|speed| speed * (time_s - started_s));
-        let row = row(self.rows.len(), file, time_s, estimate.as_ref(), axis, self.calibration);
+        let row = row(self.rows.len(), file, time_s, estimate.as_ref(), self.ruler.as_ref());
         let row = PathRow { travel_mm, ..row };
         let marks = rows::marks(estimate.as_ref());
         self.count(row.status, estimate.as_ref(), picture.as_ref().ok());
@@ -259,21 +288,27 @@ impl<'a> Run<'a> {
         }
     }
 
+    /// Refuses a calibration of pictures of another size.
+    fn check_size(&self) -> Result<(), RunError> {
+        let (Some(sensor), Some(size_px)) = (self.known.sensor.laser_camera(), self.sizes.size_px()) else {
+            return Ok(());
+        };
+        let source_name = || self.known.source.clone();
+        sensor.expect_size(size_px).map_err(|sizes| RunError::OtherImageSize { source_name: source_name(), sizes })
+    }
+
     /// Sets the origin once it is known.
-    fn calibrate(&mut self, estimate: Option<&Estimate>) {
-        let (None, Some(axis), Some(size_px)) = (self.calibration, self.session.axis(), self.sizes.size_px()) else {
+    fn lay_ruler(&mut self, estimate: Option<&Estimate>) {
+        let (None, Some(axis), Some(size_px)) = (&self.ruler, self.session.axis(), self.sizes.size_px()) else {
             return;
         };
-        let length_px = match axis {
-            StripeAxis::Horizontal => size_px.0,
-            StripeAxis::Vertical => size_px.1,
+        let middle = PixelPoint::new((size_px.0 as f64 - 1.0) / 2.0, (size_px.1 as f64 - 1.0) / 2.0);
+        let origin = match self.origin {
+            Origin::First => estimate.and_then(|e| e.seam).map(|seam| seam.centre),
+            Origin::Centre => Some(middle),
+            Origin::At(px) => Some(axis.image_from_stripe(PixelPoint::new(px, axis.across_px(middle)))),
         };
-        let origin_px = match self.origin {
-            Origin::First => estimate.and_then(|e| e.seam).map(|seam| axis.along_px(seam.centre)),
-            Origin::Centre => Some((length_px as f64 - 1.0) / 2.0),
-            Origin::At(px) => Some(px),
-        };
-        self.calibration = origin_px.map(|px| ScaleCalibration { mm_per_px: self.config.mm_per_px, origin_px: px });
+        self.ruler = origin.map(|origin| Ruler { sensor: self.known.sensor.clone(), axis, origin });
     }
 
     fn count(&mut self, status: RowStatus, estimate: Option<&Estimate>, picture: Option<&GrayFrame>) {
@@ -299,21 +334,21 @@ impl<'a> Run<'a> {
             return Err(RunError::NothingReadable { frames: self.rows.len(), first });
         };
         let axis = self.session.axis();
-        if let (Some(axis), Some(calibration)) = (axis, self.calibration) {
+        if let Some(ruler) = &self.ruler {
             let smoothed = if self.config.fixed_lag.is_some() {
                 self.lagged.into_iter().chain(self.session.rest()).collect()
             } else {
                 let mut smoothed = self.path.smoothed()?;
-                let settings = SessionSettings { axis: Some(axis), seed_at: None, ..self.settings };
+                let settings = SessionSettings { axis: Some(ruler.axis), seed_at: None, ..self.settings };
                 second_pass::fill(&mut smoothed, &settings, size_px, reopen)?;
                 smoothed
             };
-            fill_smoothed(&mut self.rows, &smoothed, axis, calibration);
+            fill_smoothed(&mut self.rows, &smoothed, ruler);
         }
         Ok(RunOutcome {
             size_px,
             axis,
-            calibration: self.calibration,
+            ruler: self.ruler,
             confirmed_at: self.rows.iter().position(|row| row.u_px.is_some()),
             timing: Timing {
                 decode_ms: Percentiles::of(&self.decode_ms),

@@ -3,21 +3,24 @@
 use serde_json::{Map, Value, json};
 
 use super::{RunError, RunOutcome};
+use crate::calib::KnownSensor;
 use crate::config::{Config, Preset};
+use crate::eval::PlaneErrors;
 use crate::report::summary::{Calibration, ErrorTable, Input, Joint, Limits, SCHEMA_VERSION, Summary};
 use crate::tracker::{JointDecision, REFUSE_NIS};
 use crate::units::StripeAxis;
 
-/// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording).
+/// The summary of a run over the recording `input` (a path as the user gave it, and the kind of recording), by a configuration
+/// and a sensor. Of `limits` the user's are taken; those of the method are known here.
 ///
 /// # Errors
 /// When the configuration cannot be written as JSON.
 pub fn summarise(
     outcome: &RunOutcome,
     (path, kind): (&str, &str),
-    config: &Config,
-    max_unavailable_pct: f64,
-    errors: Option<ErrorTable>,
+    (config, known): (&Config, &KnownSensor),
+    limits: Limits,
+    (errors, plane_errors): (Option<ErrorTable>, Option<PlaneErrors>),
 ) -> Result<Summary, RunError> {
     let (width_px, height_px) = outcome.size_px;
     let mut more = Map::new();
@@ -33,17 +36,15 @@ pub fn summarise(
         schema_version: SCHEMA_VERSION,
         program: format!("seamtrack {}", env!("CARGO_PKG_VERSION")),
         input: Input { path: path.into(), width_px, height_px, more },
-        calibration: Calibration {
-            mm_per_px: config.mm_per_px,
-            stripe: outcome.axis.unwrap_or(StripeAxis::Horizontal),
-            origin_px: outcome.calibration.map(|calibration| calibration.origin_px),
-            source: "one scale along the stripe".into(),
-            more: Map::new(),
-        },
+        calibration: Calibration::of(
+            known,
+            outcome.axis.unwrap_or(StripeAxis::Horizontal),
+            outcome.ruler.as_ref().map(|ruler| ruler.origin),
+        ),
         limits: Limits {
             psr: (config.preset == Preset::Paper).then_some(config.paper.psr_threshold),
             nis: (config.preset == Preset::Robust).then_some(REFUSE_NIS),
-            max_unavailable_pct: Some(max_unavailable_pct),
+            ..limits
         },
         config: config_json,
         frames: outcome.counts,
@@ -60,6 +61,8 @@ pub fn summarise(
         },
         timing: outcome.timing,
         errors,
+        plane_errors,
+        tolerance: None,
     })
 }
 

@@ -1,7 +1,7 @@
 //! Decoded pictures to 8-bit grey.
 
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
 
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
@@ -129,10 +129,16 @@ fn reader(path: &Path) -> std::io::Result<ImageReader<BufReader<File>>> {
 pub fn decode(path: &Path) -> Result<Decoded, FrameError> {
     let file = file_name(path);
     let failed = |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.clone(), source };
-    let reader = reader(path).map_err(|e| failed(Box::new(e)))?;
+    decode_image(reader(path).map_err(|e| failed(Box::new(e)))?, &file)
+}
+
+/// Decodes the image that a reader holds; `file` names it.
+pub fn decode_image<R: BufRead + Seek>(reader: ImageReader<R>, file: &str) -> Result<Decoded, FrameError> {
+    let failed =
+        |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
     let mut decoder = reader.into_decoder().map_err(|e| failed(Box::new(e)))?;
     let (width_px, height_px) = decoder.dimensions();
-    check_size(&file, width_px, height_px)?;
+    check_size(file, width_px, height_px)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_PIXELS * MOST_BYTES_A_PIXEL);
     decoder.set_limits(limits).map_err(|e| failed(Box::new(e)))?;

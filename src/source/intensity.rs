@@ -69,6 +69,10 @@ pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn 
     let period = period.into();
     Ok(match kind_of(path)? {
         Kind::Folder => Box::new(Pictures(folder::Folder::open(path, period)?)),
+        #[cfg(feature = "mcap")]
+        Kind::Mcap => Box::new(Pictures(super::mcap::Mcap::open(path, period)?)),
+        #[cfg(not(feature = "mcap"))]
+        Kind::Mcap => return Err(SourceError::UnknownKind(path.to_owned())),
         Kind::NumPy => Box::new(npy::NpyStack::open(path, period)?),
         Kind::Tiff => Box::new(Pictures(tiff_stack::TiffStack::open(path, period)?)),
         Kind::Picture => Box::new(Pictures(folder::Folder::single(path, period))),

@@ -1,11 +1,14 @@
-//! Where frames come from: a folder of images, a multi-page TIFF, a video; for the melt-pool sensors a NumPy stack too.
+//! Where frames come from: a folder of images, a multi-page TIFF, a video, an MCAP log; for the melt-pool sensors a NumPy stack too.
 //!
 //! Every source is a [`FrameSource`]; a live camera fits the same trait later. An [`IntensitySource`] gives the same
 //! recordings in their full depth.
 
+mod cut;
 mod folder;
 mod gray;
 mod intensity;
+#[cfg(feature = "mcap")]
+mod mcap;
 mod npy;
 mod tiff_stack;
 mod timestamps;
@@ -14,6 +17,7 @@ mod video;
 
 use std::path::{Path, PathBuf};
 
+pub use cut::{Cut, FrameRange, NoFrameRange};
 pub use gray::SixteenBitScale;
 pub use intensity::{IntensityScale, IntensitySource, open_intensity};
 
@@ -99,7 +103,7 @@ pub enum SourceError {
     NoImages(PathBuf),
     /// A file of a kind that is not read.
     #[error(
-        "{} is neither a folder of images, a multi-page TIFF nor a video that OpenCV can open: convert it to one", .0.display()
+        "{} is neither a folder of images, a multi-page TIFF, an MCAP log nor a video that OpenCV can open: convert it to one", .0.display()
     )]
     UnknownKind(PathBuf),
     /// A named pipe, a device or the like.
@@ -181,7 +185,7 @@ pub enum FrameError {
     },
 }
 
-/// Opens a folder of images, a multi-page TIFF or a video. `period` gives the time stamps where the recording has
+/// Opens a folder of images, a multi-page TIFF, an MCAP log or a video. `period` gives the time stamps where the recording has
 /// none of its own (`timestamps.csv` in the folder).
 ///
 /// # Errors
@@ -192,6 +196,10 @@ pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSourc
         Kind::Folder => Box::new(folder::Folder::open(path, period)?),
         Kind::Tiff => Box::new(tiff_stack::TiffStack::open(path, period)?),
         Kind::Picture => Box::new(folder::Folder::single(path, period)),
+        #[cfg(feature = "mcap")]
+        Kind::Mcap => Box::new(mcap::Mcap::open(path, period)?),
+        #[cfg(not(feature = "mcap"))]
+        Kind::Mcap => return Err(SourceError::UnknownKind(path.to_owned())),
         #[cfg(feature = "video")]
         Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
         #[cfg(not(feature = "video"))]
@@ -205,6 +213,7 @@ enum Kind {
     Tiff,
     Picture,
     NumPy,
+    Mcap,
     Other,
 }
 
@@ -222,6 +231,7 @@ fn kind_of(path: &Path) -> Result<Kind, SourceError> {
         Some("tif" | "tiff") => Kind::Tiff,
         Some("png" | "jpg" | "jpeg" | "bmp") => Kind::Picture,
         Some("npy") => Kind::NumPy,
+        Some("mcap") => Kind::Mcap,
         _ => Kind::Other,
     })
 }

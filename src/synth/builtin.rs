@@ -43,6 +43,9 @@ const SCENES: [(&str, &str); 25] = built_in![
 const POOL_SCENES: [(&str, &str); 7] =
     built_in!["pool-tip", "pool-tip-plume", "pool-tip-16bit", "pool-width", "pool-flaws", "infrared", "jiang",];
 
+/// Scenes before a calibrated camera and laser plane.
+const SENSOR_SCENES: [(&str, &str); 2] = built_in!["sensor-butt", "sensor-vgroove"];
+
 /// A family's name and the scene it is made from.
 const FAMILIES: [(&str, &str); 5] = [
     ("butt", "A-butt"),
@@ -74,6 +77,12 @@ pub fn names() -> Vec<String> {
     scene_names().into_iter().chain(levels).collect()
 }
 
+/// Names of the scenes before a calibrated camera and laser plane.
+#[must_use]
+pub fn sensor_names() -> Vec<String> {
+    SENSOR_SCENES.iter().map(|(name, _)| (*name).to_owned()).collect()
+}
+
 /// Names of the scenes of a melt pool.
 #[must_use]
 pub fn pool_names() -> Vec<String> {
@@ -95,7 +104,8 @@ pub fn pool_scenario(name: &str) -> Result<PoolScenario, ScenarioError> {
 /// # Errors
 /// When there is no such scene.
 pub fn scenario(name: &str) -> Result<Scenario, ScenarioError> {
-    if let Some((found, text)) = SCENES.iter().find(|(scene, _)| scene.eq_ignore_ascii_case(name)) {
+    if let Some((found, text)) = SCENES.iter().chain(&SENSOR_SCENES).find(|(scene, _)| scene.eq_ignore_ascii_case(name))
+    {
         return Scenario::from_toml(text, found);
     }
     for (family, origin) in FAMILIES {

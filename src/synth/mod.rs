@@ -16,6 +16,7 @@ mod obstacles;
 pub mod pool;
 mod preparation;
 mod profile;
+mod projection;
 pub mod recording;
 mod rivals;
 pub mod scenario;
@@ -26,5 +27,6 @@ mod stripe;
 mod surface;
 mod timeline;
 
+pub use projection::true_sensor;
 pub use scenario::{Scenario, ScenarioError};
 pub use scene::{Scene, Truth};

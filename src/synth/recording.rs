@@ -8,7 +8,9 @@ use image::ImageEncoder;
 use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use rayon::prelude::*;
 
+use super::board::recording::{Boards, BoardsError, render_boards, true_calibration};
 use super::pool::{PoolScenario, PoolScene};
+use super::true_sensor;
 use super::{Scenario, ScenarioError, Scene};
 use crate::output::{Existing, OutputError, WholeFolder};
 
@@ -18,6 +20,9 @@ pub enum RecordingError {
     /// The scenario cannot be rendered.
     #[error(transparent)]
     Scenario(#[from] ScenarioError),
+    /// The boards cannot be rendered.
+    #[error(transparent)]
+    Boards(#[from] BoardsError),
     /// The folder cannot be written, or holds something that is not to be replaced.
     #[error(transparent)]
     Folder(#[from] OutputError),
@@ -45,7 +50,8 @@ pub enum RecordingError {
 /// Renders the recording of `scenario` (with its own seed) into the folder `target`, which appears when it is complete.
 /// `progress` is called after each frame, from several threads.
 ///
-/// Frames are rendered in parallel, each dropped once written.
+/// With `boards` also `boards/` and `stripes/`, from which the scenario's sensor can be calibrated, and that sensor itself,
+/// `sensor.toml`. Frames are rendered in parallel, each dropped once written.
 ///
 /// # Errors
 /// When the scenario cannot be rendered, something stands at `target` that is not to be replaced, or a file cannot be
@@ -54,10 +60,14 @@ pub fn write_recording(
     scenario: &Scenario,
     target: &Path,
     existing: Existing,
+    boards: Option<&Boards>,
     progress: impl Fn() + Sync,
 ) -> Result<(), RecordingError> {
     let scene = Scene::new(scenario, scenario.seed)?;
     into_folder(target, existing, |folder| {
+        if let Some(boards) = boards {
+            write_boards(scenario, boards, folder)?;
+        }
         write_text(&folder.join("scenario.toml"), &scenario.to_toml()?)?;
         write_truth(&scene, scenario, &folder.join("truth.csv"))?;
         if scenario.recorder.is_irregular() {
@@ -71,6 +81,19 @@ pub fn write_recording(
             progress();
             Ok(())
         })
+    })
+}
+
+fn write_boards(scenario: &Scenario, boards: &Boards, folder: &Path) -> Result<(), RecordingError> {
+    let sensor = true_sensor(scenario)?.ok_or(BoardsError::NoSensor)?;
+    for name in ["boards", "stripes"] {
+        let place = folder.join(name);
+        std::fs::create_dir(&place).map_err(failed(&place))?;
+    }
+    write_text(&folder.join("sensor.toml"), &true_calibration(&sensor).to_toml().map_err(BoardsError::Toml)?)?;
+    render_boards(&sensor, boards, scenario.seed, |name, frame| {
+        let size = (frame.width_px(), frame.height_px());
+        write_png(frame.pixels(), size, image::ExtendedColorType::L8, &folder.join(name))
     })
 }
 
@@ -148,15 +171,20 @@ fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), Re
     let (beads, second) = (!scenario.plates.beads.is_empty(), scenario.rivals.second_seam.is_some());
     let mut text = String::from("frame,u_px,v_px,x_mm,occluded,gap_px");
     text += if beads { ",bead_left_px,bead_right_px" } else { "" };
-    text += if second { ",second_px\n" } else { "\n" };
+    text += if second { ",second_px" } else { "" };
+    text += if scenario.camera.is_some() { ",lateral_mm,height_mm\n" } else { "\n" };
     let along = |i: usize| scene.truth(i).seam.map(|seam| scene.axis().along_px(seam));
     let origin_px = (0..scene.frame_count()).find_map(along).unwrap_or(0.0);
+    let origin = (0..scene.frame_count()).find_map(|i| scene.truth(i).plane);
     for i in 0..scene.frame_count() {
         let truth = scene.truth(i);
         let seam = truth.seam.map_or_else(
             || ",,".to_owned(),
             |seam| {
-                let x_mm = scenario.mm_per_px.get() * (scene.axis().along_px(seam) - origin_px);
+                let x_mm = match truth.plane.zip(origin) {
+                    Some((plane, origin)) => plane.lateral_mm - origin.lateral_mm,
+                    None => scenario.mm_per_px.get() * (scene.axis().along_px(seam) - origin_px),
+                };
                 format!("{:.4},{:.4},{x_mm:.5}", seam.u_px, seam.v_px)
             },
         );
@@ -168,6 +196,10 @@ fn write_truth(scene: &Scene, scenario: &Scenario, file: &Path) -> Result<(), Re
         }
         if second {
             text += &truth.second.map_or_else(|| ",".to_owned(), |p| format!(",{:.4}", scene.axis().along_px(p)));
+        }
+        if scenario.camera.is_some() {
+            text +=
+                &truth.plane.map_or_else(|| ",,".to_owned(), |p| format!(",{:.5},{:.5}", p.lateral_mm, p.height_mm));
         }
         text.push('\n');
     }

@@ -9,6 +9,7 @@ use super::noise::{Component, SmoothNoise};
 use super::obstacles::Obstacles;
 use super::preparation::Prepared;
 use super::profile::{Branch, branches, second_below_px, truth_below_base_px, truth_gap_px};
+use super::projection::Projection;
 use super::rivals::{other_stripe, reflection};
 use super::scenario::{Joint, Scenario, ScenarioError, Shape, Tack};
 use super::sensor::{expose, read_out};
@@ -16,6 +17,7 @@ use super::spatter::add_spatter;
 use super::stripe::Illumination;
 use super::surface::{OnPlates, Surface};
 use super::timeline::{Moment, Timeline, simulate};
+use crate::calib::PlanePoint;
 use crate::frame::GrayFrame;
 use crate::units::{PixelPoint, StripeAxis};
 
@@ -41,6 +43,7 @@ pub struct Scene {
     surface: Surface,
     obstacles: Obstacles,
     timeline: Timeline,
+    projection: Option<Projection>,
 }
 
 /// What is true in one frame.
@@ -56,6 +59,8 @@ pub struct Truth {
     pub bead_toes_px: Option<[f64; 2]>,
     /// Image coordinates of a second seam's centre \[px\].
     pub second: Option<PixelPoint>,
+    /// The seam in the plane of the laser \[mm\], where the scenario has a camera.
+    pub plane: Option<PlanePoint>,
 }
 
 impl Scene {
@@ -98,7 +103,9 @@ impl Scene {
         let line = |tick: f64| timeline.along.at(tick);
         let surface = Surface::new(&s.plates, travel_px, seed, timeline.ticks, along_px, line);
         let obstacles = Obstacles::new(&s.view, seed, along_px, across_px, base_row_px);
+        let projection = Projection::new(s, along_px, across_px)?;
         Ok(Self {
+            projection,
             stripe_centre_px: middle,
             drawn,
             seed,
@@ -156,10 +163,11 @@ impl Scene {
     pub fn truth(&self, frame: usize) -> Truth {
         let moment = &self.timeline.moments[frame];
         if !self.has_joint(moment) {
-            return Truth { seam: None, occluded: false, gap_px: None, bead_toes_px: None, second: None };
+            return Truth { seam: None, occluded: false, gap_px: None, bead_toes_px: None, second: None, plane: None };
         }
         let joint = self.prepared(moment).joint;
-        let seam = self.seam_in_stripe_frame(moment);
+        let drawn = self.seam_in_section(moment);
+        let seam = self.picture(drawn);
         let hidden = self.obstacles.hide(seam.u_px, seam.v_px, moment.tick as f64);
         Truth {
             seam: Some(self.axis().image_from_stripe(seam)),
@@ -167,6 +175,7 @@ impl Scene {
             gap_px: truth_gap_px(&joint, self.fraction(moment)),
             bead_toes_px: self.bead_toes_px(moment, &joint),
             second: self.second_in_stripe_frame(moment, &joint).map(|second| self.axis().image_from_stripe(second)),
+            plane: self.projection.as_ref().map(|projection| projection.plane(drawn)),
         }
     }
 
@@ -207,10 +216,13 @@ impl Scene {
         let shake_px = moment.along_px - self.timeline.along.at(tick);
         self.surface.mark(&mut branches, OnPlates { tick, shake_px, seam_px: moment.along_px });
         if self.has_joint(moment) {
-            let seam = self.seam_in_stripe_frame(moment);
+            let seam = self.seam_in_section(moment);
             for (number, rival) in (0..).zip(&s.rivals.reflections) {
                 branches.push(reflection(rival, number, self.along_px, seam, tick, self.seed));
             }
+        }
+        if let Some(projection) = &self.projection {
+            branches.iter_mut().for_each(|branch| *branch = projection.branch(branch));
         }
         branches.extend(s.rivals.stripes.iter().map(|stripe| other_stripe(stripe, self.along_px, self.base_row_px)));
         self.obstacles.dim(&mut branches, moment.tick as f64);
@@ -273,7 +285,16 @@ impl Scene {
         }
     }
 
+    /// What a place of the section is in the picture, the stripe along the rows. A checked sensor sees the section.
+    fn picture(&self, place: PixelPoint) -> PixelPoint {
+        self.projection.as_ref().and_then(|projection| projection.stripe_frame(place)).unwrap_or(place)
+    }
+
     fn seam_in_stripe_frame(&self, moment: &Moment) -> PixelPoint {
+        self.picture(self.seam_in_section(moment))
+    }
+
+    fn seam_in_section(&self, moment: &Moment) -> PixelPoint {
         let below = truth_below_base_px(&self.prepared(moment).joint);
         PixelPoint::new(moment.along_px, self.base(moment).at(moment.along_px) + below)
     }
@@ -282,14 +303,15 @@ impl Scene {
         let beside_px = self.drawn.scenario.rivals.second_seam?.beside_px;
         let along_px = moment.along_px + beside_px;
         let below = truth_below_base_px(joint) + second_below_px(joint, self.fraction(moment), beside_px);
-        Some(PixelPoint::new(along_px, self.base(moment).at(along_px) + below))
+        Some(self.picture(PixelPoint::new(along_px, self.base(moment).at(along_px) + below)))
     }
 
     fn bead_toes_px(&self, moment: &Moment, joint: &Joint) -> Option<[f64; 2]> {
         let Joint::Vgroove(groove) = joint else { return None };
         let beads = Beads { beads: &self.drawn.scenario.plates.beads, tick: moment.plates_tick, seed: self.seed };
         let toes = beads.toes_px(groove, self.fraction(moment))?;
-        Some(toes.map(|toe| moment.along_px + toe))
+        let base = self.base(moment);
+        Some(toes.map(|toe| moment.along_px + toe).map(|u| self.picture(PixelPoint::new(u, base.at(u))).u_px))
     }
 
     /// The joint at a camera frame, wherever it exists.

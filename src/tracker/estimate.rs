@@ -1,6 +1,7 @@
 //! What the tracker says of one frame.
 
 use super::path::Memory;
+use super::profile::Profile;
 use super::view::View;
 use crate::imgproc::geometry::Refusal;
 use crate::units::PixelPoint;
@@ -177,14 +178,22 @@ pub struct CrossSection {
     pub gap_px: Option<f64>,
     /// By how much the stripe behind the seam has the larger coordinate across it \[px\]: the plates' mismatch.
     pub mismatch_px: Option<f64>,
+    /// Its lines, for what is measured on them.
+    pub profile: Profile,
 }
 
 impl CrossSection {
+    /// The same under noise of which the variance is `scale` times the nominal one.
+    pub(super) fn with_noise(self, scale: f64) -> Self {
+        Self { profile: self.profile.with_noise(scale), ..self }
+    }
+
     fn in_picture(self, view: &View) -> Self {
         Self {
             sides: self.sides.map(|side| side.in_picture(view)),
             gap_px: self.gap_px.map(|px| px * view.picture_px()),
             mismatch_px: self.mismatch_px.map(|px| px * view.picture_px()),
+            profile: self.profile.in_picture(view),
         }
     }
 }

@@ -11,7 +11,9 @@ use super::path::Memory;
 use super::session::{Follow, unseen};
 use super::view::{Field, View};
 use crate::frame::GrayFrame;
-use crate::imgproc::{CentrelineSettings, MedianKernel, Raster, SeedSettings, extract_centreline, find_seam_features, median};
+use crate::imgproc::{
+    CentrelineSettings, MedianKernel, Raster, SeedSettings, extract_centreline, find_seam_features, median,
+};
 use crate::kalman::{ColouredMeasurement, Gaussian};
 use crate::kcf::{Kcf, KcfSettings, Response};
 use crate::units::{PixelPoint, StripeAxis};

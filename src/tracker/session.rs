@@ -85,7 +85,7 @@ impl Session {
     pub fn new(settings: &SessionSettings) -> Result<Self, TrackerError> {
         let follow: Box<dyn Follow> = match &settings.method {
             Method::Paper(paper) => Box::new(PaperTracker::new(paper)?),
-            Method::Robust(robust) => Box::new(RobustTracker::new(robust, settings.sensor)?),
+            Method::Robust(robust) => Box::new(RobustTracker::new(robust, settings.sensor.clone())?),
         };
         Ok(Self {
             follow,

@@ -90,8 +90,18 @@ impl Page {
         result["result"]["value"].clone()
     }
 
-    /// Show `file` in a window of a size and colour scheme, and wait until it is drawn.
-    pub fn show(&mut self, file: &Path, (width, height): (u32, u32), scheme: &str) {
+    /// Show `file`, which draws itself by a script, in a window of a size and colour scheme, and wait until it is drawn.
+    pub fn show(&mut self, file: &Path, window: (u32, u32), scheme: &str) {
+        self.show_until(file, window, scheme, "document.documentElement?.dataset.ready === 'true'");
+    }
+
+    /// Show `file`, which has no script.
+    pub fn show_static(&mut self, file: &Path, window: (u32, u32), scheme: &str) {
+        let loaded = format!("document.readyState === 'complete' && location.href.endsWith('{}')", file.display());
+        self.show_until(file, window, scheme, &loaded);
+    }
+
+    fn show_until(&mut self, file: &Path, (width, height): (u32, u32), scheme: &str, is_there: &str) {
         self.call(
             "Emulation.setDeviceMetricsOverride",
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false}),
@@ -100,7 +110,7 @@ impl Page {
         self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
         self.call("Page.navigate", json!({"url": format!("file://{}", file.display())}));
         for _ in 0..600 {
-            if self.evaluate("document.documentElement?.dataset.ready === 'true'") == true {
+            if self.evaluate(is_there) == true {
                 self.settle();
                 return;
             }

@@ -6,3 +6,4 @@ mod command;
 mod misuse;
 mod real;
 mod sensor;
+mod track;

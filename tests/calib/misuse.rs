@@ -7,7 +7,10 @@ use seamtrack::calib::board::BoardSize;
 use seamtrack::calib::camera::fit_camera;
 use seamtrack::calib::detect::{BoardSighting, Detected, detect};
 use seamtrack::calib::error::CalibrationError;
+use seamtrack::calib::laser::{KnownCamera, fit_laser};
+use seamtrack::calib::pairs::Pair;
 use seamtrack::calib::pose::Pose;
+use seamtrack::calib::stripes::find_stripes;
 use seamtrack::frame::GrayFrame;
 use seamtrack::synth::board::{BoardSurface, SensorScene};
 
@@ -112,4 +115,50 @@ fn a_part_of_the_board_mixed_sizes_and_pictures_without_a_board_are_named() {
     assert_eq!(seen.sightings.iter().flatten().count(), 1);
     assert!(seen.left_out[0].contains("copy.png is the same picture as a.png"), "{:?}", seen.left_out);
     assert!(seen.left_out[1].contains("c.png does not show the whole board"), "{:?}", seen.left_out);
+}
+
+/// Boards with the laser off and on, the latter only where `lit` says so.
+fn stripes_on(poses: &[Pose], lit: impl Fn(usize) -> bool) -> CalibrationError {
+    let bench = Bench::new();
+    let scene = bench.renderer.scene().clone();
+    let mut random = Pcg32::new(8, 8);
+    let mut picture = |i: usize, laser_on: bool| {
+        let surface = BoardSurface { size: board(), square_mm: SQUARE_MM, pose: poses[i] };
+        let word = if laser_on { "on" } else { "off" };
+        (format!("{word}_{i:02}.png"), bench.renderer.render(&surface, laser_on && lit(i), &mut random).unwrap())
+    };
+    let dark: Vec<_> = (0..poses.len()).map(|i| picture(i, false)).collect();
+    let both = Memory(dark.into_iter().chain((0..poses.len()).map(|i| picture(i, true))).collect());
+    let pairs: Vec<Pair> = (0..poses.len()).map(|i| Pair { lit: poses.len() + i, dark: Some(i) }).collect();
+    let (views, left_out) = find_stripes(&both, &pairs, board(), &scene.intrinsics, scene.size_px).unwrap();
+    let known = KnownCamera {
+        size_px: scene.size_px,
+        intrinsics: scene.intrinsics,
+        covariance: None,
+        views: vec![],
+        rms_px: None,
+    };
+    fit_laser(&known, (board(), SQUARE_MM), views, left_out, poses.len()).unwrap_err()
+}
+
+#[test]
+fn boards_without_a_stripe_and_too_few_with_one_are_counted() {
+    let poses = poses(9);
+    let problem = stripes_on(&poses, |_| false);
+    assert!(matches!(problem, CalibrationError::NoStripe { found: 0, pictures: 9, .. }), "{problem}");
+    assert!(problem.to_string().contains("no straight laser stripe"), "{problem}");
+    let problem = stripes_on(&poses, |i| i < 7);
+    assert!(matches!(problem, CalibrationError::NoStripe { found: 7, pictures: 9, .. }), "{problem}");
+    assert!(problem.to_string().contains("8 are the least"), "{problem}");
+}
+
+#[test]
+fn stripes_at_one_height_make_no_plane() {
+    let turned = |i: usize| {
+        let rotation = Rotation3::new(Vector3::new(0.12 * (i as f64 - 4.0), 0.0, 0.06 * (i % 3) as f64));
+        Pose { rotation, translation_mm: Vector3::new(2.0 * (i % 4) as f64, 0.0, 250.0) }
+    };
+    let problem = stripes_on(&(0..9).map(turned).collect::<Vec<_>>(), |_| true);
+    assert!(matches!(problem, CalibrationError::TooLittleDepth { .. }), "{problem}");
+    assert!(problem.to_string().contains("Move the board nearer and farther"), "{problem}");
 }

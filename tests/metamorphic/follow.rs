@@ -51,8 +51,8 @@ impl Path {
 
 /// Tracks frames `period_s` apart at a known scale; joint, direction and seam are found.
 pub fn follow(frames: &[GrayFrame], period_s: f64, mm_per_px: f64) -> Path {
-    let config = Config { period_s, mm_per_px: MmPerPx::new(mm_per_px).unwrap(), ..Config::default() };
-    let sensor = Sensor::Scale(config.mm_per_px);
+    let config = Config { period_s, ..Config::default() };
+    let sensor = Sensor::Scale(MmPerPx::new(mm_per_px).unwrap());
     let mut session =
         Session::new(&SessionSettings { sensor, ..SessionSettings::new(config.method().unwrap()) }).unwrap();
     let mut path = SeamPath::default();

@@ -132,5 +132,7 @@ fn scenario(name: &str, camera: Camera) -> Scenario {
         change: None,
         rivals: Default::default(),
         view: Default::default(),
+        camera: None,
+        laser: None,
     }
 }

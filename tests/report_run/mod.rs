@@ -16,7 +16,7 @@ use seamtrack::report::summary::{
     write_summary,
 };
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
-use seamtrack::units::{MmPerPx, PixelPoint, StripeAxis};
+use seamtrack::units::{LengthUnit, MmPerPx, PixelPoint, StripeAxis};
 
 const WIDTH_PX: usize = 640;
 const HEIGHT_PX: usize = 480;
@@ -101,18 +101,19 @@ fn errors(rows: &[PathRow], of: impl Fn(&PathRow) -> Option<f64>, sigma: impl Fn
     let n = signed.len() as f64;
     let mut absolute: Vec<f64> = signed.iter().map(|e| e.abs()).collect();
     absolute.sort_by(f64::total_cmp);
-    let mae_mm = absolute.iter().sum::<f64>() / n;
+    let mae = absolute.iter().sum::<f64>() / n;
     let inside =
         rows.iter().filter_map(|row| Some((SCALE * (of(row)? - true_u_px(row.frame))).abs() < 2.0 * sigma(row)?));
     let inside: Vec<bool> = inside.collect();
     Errors {
+        unit: LengthUnit::Mm,
         frames: signed.len(),
-        mae_mm,
-        max_mm: absolute[absolute.len() - 1],
-        std_mm: (absolute.iter().map(|e| (e - mae_mm).powi(2)).sum::<f64>() / n).sqrt(),
-        rmse_mm: (signed.iter().map(|e| e * e).sum::<f64>() / n).sqrt(),
-        p95_mm: absolute[(0.95 * n) as usize],
-        bias_mm: signed.iter().sum::<f64>() / n,
+        mae,
+        max: absolute[absolute.len() - 1],
+        std: (absolute.iter().map(|e| (e - mae).powi(2)).sum::<f64>() / n).sqrt(),
+        rmse: (signed.iter().map(|e| e * e).sum::<f64>() / n).sqrt(),
+        p95: absolute[(0.95 * n) as usize],
+        bias: signed.iter().sum::<f64>() / n,
         coverage_2sigma: (!inside.is_empty())
             .then(|| inside.iter().filter(|&&inside| inside).count() as f64 / inside.len() as f64),
         wrong_frames: absolute.iter().filter(|&&e| e > 1.0).count(),
@@ -137,13 +138,12 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
         },
         config,
         calibration: Calibration {
-            mm_per_px: MmPerPx::DU_2022,
-            stripe: StripeAxis::Horizontal,
+            mm_per_px: Some(MmPerPx::DU_2022),
             origin_px: Some(true_u_px(3)),
             source: "default of Du 2022".into(),
-            more: serde_json::Map::new(),
+            ..Calibration::unknown(StripeAxis::Horizontal)
         },
-        limits: Limits { psr: Some(8.0), nis: Some(9.0), max_unavailable_pct: Some(5.0) },
+        limits: Limits { psr: Some(8.0), nis: Some(9.0), max_unavailable_pct: Some(5.0), tolerance_mm: None },
         frames: FrameCounts {
             total: rows.len(),
             seeking: count(Status::Seeking),
@@ -169,11 +169,13 @@ fn summary(rows: &[PathRow], with_truth: bool) -> Summary {
             track_ms: Percentiles { p50: 4.1, p99: 7.7, max: 15.0 },
             frames_per_second: 162.0,
         },
+        plane_errors: None,
         errors: with_truth.then(|| ErrorTable {
             kcf: Some(errors(rows, |row| row.kcf_u_px, |_| None)),
             filtered: Some(errors(rows, |row| row.u_px, |row| row.x_std_mm)),
             smoothed: Some(errors(rows, |row| row.smooth_u_px, |row| row.smooth_x_std_mm)),
         }),
+        tolerance: None,
     }
 }
 

@@ -7,7 +7,7 @@ use seamtrack::eval::read_truth;
 use seamtrack::report::results::Status;
 use serde_json::Value;
 
-use crate::program::{demo, recording, rows, summary, track};
+use crate::program::{demo, line_with, recording, rows, seamtrack, summary, track, without_scale};
 
 const HEADER: &str = "frame,file,time_s,status,kcf_u_px,kcf_v_px,psr,template_updated,u_px,v_px,x_mm,x_std_mm,nis,\
                       smooth_u_px,smooth_v_px,smooth_x_mm,smooth_x_std_mm";
@@ -97,6 +97,57 @@ fn millimetres_are_the_scale_times_the_way_from_the_origin() {
             assert!((x_mm - 0.073 * (u_px - origin_px)).abs() <= tolerance_mm, "{origin}: {row:?}");
         }
     }
+}
+
+#[test]
+fn without_a_scale_every_millimetre_is_empty_and_one_line_says_what_to_give() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    let mut run = without_scale(&demo(), &output);
+    run.arg("--truth").arg(demo().join("truth.csv")).assert().success();
+    let text = fs::read_to_string(output.join("path.csv")).unwrap();
+    let mut lines = text.lines().map(|line| line.split(',').collect::<Vec<_>>());
+    let names = lines.next().unwrap();
+    for line in lines {
+        for (name, cell) in names.iter().zip(&line).filter(|(name, _)| name.contains("_mm") || **name == "calibrated") {
+            assert_eq!(*cell, "", "{name}");
+        }
+    }
+    let rows = rows(&output);
+    assert!(rows.iter().all(|row| row.u_px.is_some() && row.along_std_px.is_some() && row.smooth_u_px.is_some()));
+    let summary = summary(&output);
+    assert!(summary["calibration"].get("mm_per_px").is_none(), "{}", summary["calibration"]);
+    let errors = &summary["errors"]["filtered"];
+    assert!(errors.get("mae_mm").is_none() && errors["mae_px"].as_f64().unwrap() < 0.5, "{errors}");
+    assert!(errors["coverage_2sigma"].as_f64().unwrap() > 0.8, "{errors}");
+    let report = || {
+        let mut command = seamtrack();
+        command.arg("report").arg(&output);
+        String::from_utf8(command.assert().success().get_output().stdout.clone()).unwrap()
+    };
+    let told = report();
+    assert!(told.starts_with("CHECK") && told.contains("mean abs. [px]") && !told.contains(" mm"), "{told}");
+    assert_eq!(told.lines().filter(|line| line.contains("--mm-per-px")).count(), 1, "{told}");
+    let page = fs::read_to_string(output.join("report.html")).unwrap();
+    assert!(page.contains("\"unit\":\"px\"") && !page.contains("\"unit\":\"mm\""));
+    let mut eval = seamtrack();
+    eval.arg("eval").arg(&output).arg(demo().join("truth.csv"));
+    eval.assert().success().stdout(predicates::str::contains("error in px"));
+    without_scale(&demo(), &folder.path().join("tum"))
+        .arg("--tum")
+        .assert()
+        .code(1)
+        .stderr(line_with(&["--mm-per-px"]));
+}
+
+#[test]
+fn the_papers_preset_states_the_papers_scale() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    without_scale(&recording(folder.path(), 5), &output).args(["--preset", "paper"]).assert().success();
+    let calibration = &summary(&output)["calibration"];
+    assert_eq!(calibration["mm_per_px"], 0.073);
+    assert!(calibration["source"].as_str().unwrap().contains("Du 2022"), "{calibration}");
 }
 
 #[test]

@@ -7,7 +7,9 @@ use std::path::Path;
 use image::{DynamicImage, GrayImage, ImageBuffer, Luma, Rgb};
 use tiff::encoder::{TiffEncoder, colortype};
 
-use crate::program::{demo, largest_difference_px, name, pictures, recording, rows, track, tracked};
+use crate::program::{
+    demo, largest_difference_px, line_with, name, pictures, recording, rows, seamtrack, track, tracked,
+};
 
 const FRAMES: usize = 30;
 
@@ -188,4 +190,29 @@ fn a_video_is_a_recording_and_the_overlay_is_a_video() {
     assert_eq!(crate::program::summary(&output)["input"]["kind"], "video");
     // The marks in the picture do not hide the stripe: the seam is found near where it was.
     assert!(rows.iter().filter(|row| row.u_px.is_some()).count() > 29);
+}
+
+#[test]
+fn a_part_of_a_recording_keeps_its_names_its_times_and_its_truth() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = folder.path().join("out");
+    let truth = demo().join("truth.csv");
+    let run =
+        |range: &str| track(&demo(), &output).args(["--force", "--frames", range, "--truth"]).arg(&truth).assert();
+    run("20..50").success();
+    let path = rows(&output);
+    assert_eq!((path.len(), path[0].frame, path[0].file.as_str()), (30, 0, "frame_000020.png"));
+    assert!((path[0].time_s - 4.0).abs() < 1e-9 && (path[29].time_s - 49.0 * 0.2).abs() < 1e-9);
+    let summary = crate::program::summary(&output);
+    assert_eq!(summary["input"]["first_frame"], 20);
+    let worst = summary["errors"]["filtered"]["max_mm"].as_f64().unwrap();
+    assert!(worst < 0.3, "held against the truth of the same frames: {worst} mm");
+    let mut eval = seamtrack();
+    let said = eval.arg("eval").arg(&output).arg(&truth).arg("--json").output().unwrap().stdout;
+    let said: serde_json::Value = serde_json::from_slice(&said).unwrap();
+    assert!((said["filtered"]["max_mm"].as_f64().unwrap() - worst).abs() < 1e-3);
+    run("50..").success();
+    assert_eq!(rows(&output).len(), 8);
+    run("58..").code(1).stderr(line_with(&["--frames 58..", "58 frames"]));
+    run("9..3").code(2);
 }

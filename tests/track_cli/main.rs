@@ -3,14 +3,17 @@
 
 mod bad_config;
 mod bad_frames;
+mod batch;
 mod broken_recordings;
 mod contract;
 mod exit_codes;
 mod golden;
 mod kinds;
 mod limits;
+mod mcap_logs;
 mod messages;
 mod outputs;
 mod program;
+mod tolerance;
 mod users_files;
 mod whole_or_absent;

@@ -17,8 +17,15 @@ pub fn seamtrack() -> Command {
     Command::cargo_bin("seamtrack").unwrap()
 }
 
-/// `seamtrack track INPUT -o OUTPUT --joint butt --quiet`.
+/// `seamtrack track INPUT -o OUTPUT --joint butt --mm-per-px 0.073 --quiet`.
 pub fn track(input: &Path, output: &Path) -> Command {
+    let mut command = without_scale(input, output);
+    command.args(["--mm-per-px", "0.073"]);
+    command
+}
+
+/// The same, nobody telling the scale.
+pub fn without_scale(input: &Path, output: &Path) -> Command {
     let mut command = seamtrack();
     command.arg("track").arg(input).arg("-o").arg(output).args(["--joint", "butt", "--quiet"]);
     command

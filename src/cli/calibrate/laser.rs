@@ -144,7 +144,7 @@ pub fn read_pairs(
 }
 
 /// A 4 × 4 matrix: sixteen numbers, with whatever words around them OpenCV writes.
-fn read_hand_eye(path: &Path) -> anyhow::Result<[[f64; 4]; 4]> {
+pub fn read_hand_eye(path: &Path) -> anyhow::Result<[[f64; 4]; 4]> {
     let text = std::fs::read_to_string(path).with_context(|| format!("cannot read {}", path.display()))?;
     let data = text.split_once("data:").map_or(text.as_str(), |(_, data)| data);
     let words = data.split(|c: char| c.is_whitespace() || ",;[]".contains(c)).filter(|word| !word.is_empty());

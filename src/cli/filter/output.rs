@@ -7,7 +7,7 @@ use anyhow::bail;
 use seamtrack::kalman::NoiseParameter;
 use seamtrack::kalman::consistency::mean_band_999;
 use seamtrack::report::atomic::write_atomically;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 use serde_json::{Map, Value, json};
 
 use super::measurements::Measurements;
@@ -23,24 +23,34 @@ const SCHEMA_VERSION: u32 = 1;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
 pub struct Row {
     /// Filtered position \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub x: Option<f64>,
     /// One σ of it \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub x_std: Option<f64>,
     /// Filtered velocity \[z/s\].
+    #[serde(serialize_with = "nine_digits")]
     pub velocity: Option<f64>,
     /// One σ of it \[z/s\].
+    #[serde(serialize_with = "nine_digits")]
     pub velocity_std: Option<f64>,
     /// z1 less its prediction \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub innovation1: Option<f64>,
     /// z2 less its prediction \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub innovation2: Option<f64>,
     /// Normalised innovation squared.
+    #[serde(serialize_with = "nine_digits")]
     pub nis: Option<f64>,
     /// Weight of the measurement, below 1 where it was taken for an outlier.
+    #[serde(serialize_with = "nine_digits")]
     pub weight: Option<f64>,
     /// Position given the later measurements too \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub smooth_x: Option<f64>,
     /// One σ of it \[z\].
+    #[serde(serialize_with = "nine_digits")]
     pub smooth_x_std: Option<f64>,
 }
 
@@ -117,6 +127,13 @@ impl Outcome {
         summary.extend(self.more.clone());
         Value::Object(summary)
     }
+}
+
+/// A cell with at most nine digits that say something, far finer than any σ.
+#[expect(clippy::ref_option, reason = "serde hands over references")]
+fn nine_digits<S: Serializer>(value: &Option<f64>, serializer: S) -> Result<S::Ok, S::Error> {
+    let rounded = value.map(|value| format!("{value:.8e}").parse().unwrap_or(value));
+    rounded.serialize(serializer)
 }
 
 /// A parameter with seven digits: enough to give it back to the program, and to read.

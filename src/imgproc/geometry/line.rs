@@ -104,8 +104,18 @@ pub struct SideFit {
     pub residual_px: f64,
     /// Variance of the line's row at the reference column \[px²\], slope and curvature as unsure as they are.
     pub variance_px2: f64,
+    /// Covariance of row \[px\] and slope at the reference column.
+    pub covariance: Matrix2<f64>,
     /// Median amplitude of the good columns near the seam \[grey\].
     pub amplitude: f64,
+}
+
+impl SideFit {
+    /// Covariance of row and slope at the column `du_px` from the reference column.
+    pub fn covariance_at(&self, du_px: f64) -> Matrix2<f64> {
+        let moved = Matrix2::new(1.0, du_px, 0.0, 1.0);
+        moved * self.covariance * moved.transpose()
+    }
 }
 
 /// Half-width of the offset vote \[px\], and its bins.
@@ -147,12 +157,14 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, known: Knowledge, rea
     let (total, squares) = (round.total, round.squares);
     let residual_px = (squares / total).sqrt();
     let unit_px2 = residual_px.max(LEAST_RESIDUAL_PX).powi(2) * CORRELATED_COLUMNS;
+    let covariance = unit_px2 * round.normal(known).try_inverse()?;
     Some(SideFit {
         line,
         shown: round.shown(),
         support: total / points.len() as f64,
         residual_px,
-        variance_px2: unit_px2 * round.normal(known).try_inverse()?[(0, 0)],
+        variance_px2: covariance[(0, 0)],
+        covariance: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
         amplitude: typical_amplitude(points, u0_px, line, reach_px),
     })
 }

@@ -6,6 +6,7 @@ use nalgebra::Vector2;
 
 use crate::calib::camera::CameraFit;
 use crate::calib::laser::LaserFit;
+use crate::calib::laser_camera::PlanePoint;
 use crate::calib::uncertainty::{COLUMNS, ROWS, UncertaintyMap};
 
 /// How much longer than the residual an arrow is.
@@ -116,8 +117,9 @@ pub fn coverage(fit: &LaserFit) -> String {
         y - 8.0
     );
     for view in &fit.views {
-        let ends = view.seen.stripe.supports.map(|support| fit.sensor.point(support.pixel));
-        if let [Some(a), Some(b)] = ends {
+        let points = || view.seen.stripe.pixels.iter().filter_map(|pixel| fit.sensor.point(*pixel));
+        let along = |a: &PlanePoint, b: &PlanePoint| a.lateral_mm.total_cmp(&b.lateral_mm);
+        if let (Some(a), Some(b)) = (points().min_by(along), points().max_by(along)) {
             let ((ax, ay), (bx, by)) = (at(a.lateral_mm, a.height_mm), at(b.lateral_mm, b.height_mm));
             let _ = write!(svg, "<path class=\"stripe\" d=\"M{ax:.1} {ay:.1}L{bx:.1} {by:.1}\"/>");
         }

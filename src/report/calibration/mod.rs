@@ -55,7 +55,7 @@ pub fn write_camera_page(
             figure {
                 h2 { "What is left at the corners" }
                 (PreEscaped(drawing::residuals(fit)))
-                figcaption { "Arrows are 200 × as long as the residuals. They should point anywhere: a pattern that many boards share is a lens that the model does not have, one board's own pattern a board that is not flat." }
+                figcaption { "Strokes are 200 × as long as the residuals. They should point anywhere: a pattern that many boards share is a lens that the model does not have, one board's own pattern a board that is not flat." }
             }
             @if let Some(map) = &map {
                 figure {
@@ -188,10 +188,10 @@ fn parameters(values: &[f64; 9], sigma: &[f64; 9], formal: &[f64; 9]) -> Markup 
     html! {
         div.scroll { table {
             thead { tr { th {} th { "value" } th { "σ" } @if has_formal { th { "formal" } } } }
-            tbody { @for (i, name) in INTRINSIC_NAMES.iter().enumerate() {
+            tbody { @for (i, name) in INTRINSIC_NAMES.iter().enumerate().filter(|(i, _)| *i + 1 < INTRINSIC_NAMES.len() || values[*i] != 0.0) {
                 @let decimals = if i < 4 { 3 } else { 6 };
                 tr {
-                    th scope="row" { (name) }
+                    th scope="row" { (name) @if i < 4 { " [px]" } }
                     td { (format!("{:.decimals$}", values[i])) }
                     td { (format!("{:.decimals$}", sigma[i])) }
                     @if has_formal { td { (format!("{:.decimals$}", formal[i])) } }

@@ -108,10 +108,11 @@ class Chart {
   }
 
   /** The ordinate's range over the visible frames. */
-  range(first, last) {
+  range(first, last, hidden) {
     let lo = Infinity, hi = -Infinity;
-    const fitting = this.spec.series.filter((s) => s.fits);
-    for (const s of fitting.length ? fitting : this.spec.series) {
+    const shown = this.spec.series.filter((s) => !hidden.has(s.look));
+    const fitting = shown.filter((s) => s.fits);
+    for (const s of fitting.length ? fitting : shown) {
       for (let i = first; i <= last; i++) {
         const v = s.y[i];
         if (v === null || v === undefined) continue;
@@ -120,6 +121,8 @@ class Chart {
         if (v + half > hi) hi = v + half;
       }
     }
+    const { tolerance } = this.spec;
+    if (tolerance) { lo = Math.min(lo, -tolerance); hi = Math.max(hi, tolerance); }
     for (const [value] of this.limits) { lo = Math.min(lo, value); hi = Math.max(hi, value); }
     if (!(lo <= hi)) return [0, 1];
     const pad = (hi - lo || Math.abs(hi) || 1) * 0.06;
@@ -131,8 +134,9 @@ class Chart {
     const height = this.height + top - MARGIN.top;
     const [left, right, bottom] = [MARGIN.left, width - MARGIN.right, height - MARGIN.bottom];
     const first = Math.max(0, Math.ceil(view.lo)), last = Math.min(view.frames - 1, Math.floor(view.hi));
-    const [lo, hi] = this.range(first, last);
-    const x = (frame) => left + ((frame - view.lo) / (view.hi - view.lo)) * (right - left);
+    const [lo, hi] = this.range(first, last, view.hidden);
+    const { x } = abscissa(view, left, right);
+    const shown = this.spec.series.filter((s) => !view.hidden.has(s.look));
     const y = (value) => bottom - ((value - lo) / (hi - lo)) * (bottom - top);
     Object.assign(this, { x, left, right, top, bottom });
     svg.replaceChildren();
@@ -146,12 +150,15 @@ class Chart {
       const path = list.map(([a, b]) => `M${x(a - 0.5).toFixed(1)},${top}H${(Math.max(x(b + 0.5), x(a - 0.5) + 1)).toFixed(1)}V${bottom}H${x(a - 0.5).toFixed(1)}Z`);
       plot.append(element("path", { class: `gap ${status}`, d: path.join("") }));
     }
-    this.axes(svg, view, [lo, hi], x, y);
+    const { tolerance } = this.spec;
+    if (tolerance) plot.append(element("rect", { class: "tolerance", x: left - 1, y: y(tolerance), width: right - left + 2, height: y(-tolerance) - y(tolerance) }));
+    this.axes(svg, view, [lo, hi], y);
+    if (tolerance) svg.append(element("text", { class: "limit-name", x: left + 6, y: Math.max(y(tolerance) - 4, top + 9) }, `tolerance ±${tolerance}`));
     const columns = Math.max(1, Math.floor(right - left));
-    for (const s of this.spec.series) {
+    for (const s of shown) {
       if (s.band) plot.append(element("path", { class: `band ${s.look}`, d: bandPath(s, first, last, columns, x, y) }));
     }
-    for (const s of this.spec.series) {
+    for (const s of shown) {
       const points = thinned(s.y, first, last, columns);
       const path = s.dots ? dotPath(points, x, y) : linePath(points, x, y);
       plot.append(element("path", { class: `curve ${s.look}${s.dots ? " dots" : ""}${points.length > columns ? " dense" : ""}`, d: path }));
@@ -168,28 +175,24 @@ class Chart {
     if (svg === this.svg) svg.append(this.zoomBox, this.cursor);
   }
 
-  axes(svg, view, [lo, hi], x, y) {
+  axes(svg, view, [lo, hi], y) {
     const { left, right, top, bottom } = this;
     const ordinates = this.spec.log ? decades(lo, hi) : ticks(lo, hi, (bottom - top) / 34);
     for (const [value, label] of ordinates) {
       svg.append(element("path", { class: "grid", d: `M${left},${y(value)}H${right}` }));
       svg.append(element("text", { x: left - 6, y: y(value) + 4, "text-anchor": "end" }, label));
     }
-    for (const [frame, label] of ticks(view.lo, view.hi, (right - left) / 90)) {
-      if (x(frame) > right - 34 || frame % 1) continue;
-      svg.append(element("path", { class: "grid", d: `M${x(frame)},${bottom}v4` }));
-      svg.append(element("text", { x: x(frame), y: bottom + 15, "text-anchor": "middle" }, label));
+    const { of, range } = abscissa(view, left, right);
+    const room = 16 + 6 * view.axis.unit.length;
+    for (const [value, label] of ticks(...range, (right - left) / 90)) {
+      if (of(value) > right - room || (view.axis.unit === "frame" && value % 1)) continue;
+      svg.append(element("path", { class: "grid", d: `M${of(value)},${bottom}v4` }));
+      svg.append(element("text", { x: of(value), y: bottom + 15, "text-anchor": "middle" }, label));
     }
-    svg.append(element("text", { x: right, y: bottom + 15, "text-anchor": "end" }, "frame"));
+    svg.append(element("text", { x: right, y: bottom + 15, "text-anchor": "end" }, view.axis.unit));
     const middle = (top + bottom) / 2;
     svg.append(element("text", { x: 11, y: middle, "text-anchor": "middle", transform: `rotate(-90 11 ${middle})` }, this.spec.unit));
     svg.append(element("path", { class: "frame", d: `M${left},${top}V${bottom}H${right}` }));
-  }
-
-  frameAt(event, view) {
-    const px = event.clientX - this.svg.getBoundingClientRect().left;
-    const frame = view.lo + ((px - this.left) / (this.right - this.left)) * (view.hi - view.lo);
-    return Math.min(Math.max(frame, view.lo), view.hi);
   }
 
   setCursor(view) {
@@ -210,8 +213,8 @@ class Chart {
     this.draw(width, view, svg, 34);
     svg.append(element("text", { class: "title", x: MARGIN.left, y: 18 }, this.spec.title));
     let x = width - MARGIN.right;
-    for (const s of [...this.spec.series].reverse()) {
-      const length = s.name.length * 6.2;
+    for (const s of this.spec.series.filter((s) => !view.hidden.has(s.look)).reverse()) {
+      const length = s.name.length * 6.5;
       svg.append(element("text", { x: x - length, y: 18 }, s.name));
       svg.append(element("path", { class: `curve ${s.look}${s.dots ? " dots" : ""}`, d: keyPath(s, x - length - 32, 14) }));
       x -= length + 48;

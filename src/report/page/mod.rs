@@ -12,13 +12,17 @@ use base64::prelude::BASE64_STANDARD;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
+use super::charts::{several, single};
+use super::compare::mixed_scales;
 use super::head::head;
-use super::model::{PageModel, image, several, single};
+use super::model::{PageModel, image};
 use super::run::Run;
 use super::summary::{Percentiles, Summary};
-use super::table::{HEADS, TableRow, error_rows};
+use super::table::{TableRow, error_rows, heads};
 use super::thumbnails::Thumbnail;
 use super::verdict::{Verdict, verdict};
+use crate::eval::wrong_limit;
+use crate::units::LengthUnit;
 
 /// Default limit of a page's size \[bytes\].
 pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
@@ -26,8 +30,14 @@ pub const DEFAULT_MAX_BYTES: usize = 10_000_000;
 const MARKUP_BYTES: usize = 120_000;
 
 const CHART_STYLE: &str = include_str!("chart.css");
-const SCRIPT: [&str; 4] =
-    [include_str!("chart.js"), include_str!("histogram.js"), include_str!("viewer.js"), include_str!("page.js")];
+const SCRIPT: [&str; 6] = [
+    include_str!("axis.js"),
+    include_str!("chart.js"),
+    include_str!("histogram.js"),
+    include_str!("viewer.js"),
+    include_str!("player.js"),
+    include_str!("page.js"),
+];
 /// The page itself forbids any network access.
 const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data: blob:";
 
@@ -42,7 +52,7 @@ pub fn write_report(path: &Path, run: &Run, max_bytes: usize) -> Result<(), Resu
         (headline(&verdict, &summary.input.path))
         (plots(true))
         section.details {
-            (figures(&error_rows(run)))
+            (figures(&error_rows(run), run.unit(), "Track again with "))
             (timing(summary))
             (configuration(summary))
         }
@@ -60,13 +70,20 @@ pub fn write_comparison(path: &Path, runs: &[Run], rows: &[TableRow], max_bytes:
         header.headline {
             p.program { "seamtrack compare" }
             h1 { (runs.len()) " runs on one recording" }
-            ul.facts { @for run in runs { li { b { (run.name) } " " (verdict(run).sentence) } } }
+            @if let Some(doubt) = mixed_scales(runs) { ul.doubts { li { (doubt) } } }
+            ul.facts { @for run in runs { (verdict_of(run)) } }
         }
         (plots(false))
-        section.details { (figures(rows)) }
+        section.details { (figures(rows, runs.first().map_or(LengthUnit::Mm, Run::unit), "Give one of the runs ")) }
     };
     let thumbnails = runs.iter().map(|run| &run.thumbnails).find(|list| !list.is_empty());
     write_page(path, "comparison – seamtrack", model, thumbnails.map_or(&[], Vec::as_slice), &body, max_bytes)
+}
+
+/// A run's name, badge and sentence.
+fn verdict_of(run: &Run) -> Markup {
+    let verdict = verdict(run);
+    html! { li class=(verdict.trust.word()) { b { (run.name) } " " span.light { (verdict.trust.word()) } (verdict.sentence) } }
 }
 
 pub(super) fn write_page(
@@ -136,15 +153,19 @@ pub(super) fn plots(single: bool) -> Markup {
         noscript { p { "The plots need JavaScript; the figures below do not." } }
         main {
             section #charts aria-label="Plots over the frames" {
-                p.hint {
-                    "Hover to see a frame, click to hold it, drag to zoom, double-click to zoom out, ← → to step."
+                div.hint {
+                    span {
+                        "Hover to see a frame, click to hold it (its address can be passed on), drag to zoom, double-click to "
+                        "zoom out, ← → to step, space to play; a name in a plot's key hides its curve."
+                    }
+                    span #axes {}
                     button #zoom-out hidden type="button" {}
                 }
             }
             aside {
                 figure #viewer { figcaption {} }
-                section #worst {
-                    h2 { @if single { "Worst frames" } @else { "Worst frames of each run" } }
+                section #places {
+                    h2 { @if single { "Places to look at" } @else { "Places to look at, run by run" } }
                     div.list {}
                 }
             }
@@ -152,41 +173,51 @@ pub(super) fn plots(single: bool) -> Markup {
     }
 }
 
-pub(super) fn figures(rows: &[TableRow]) -> Markup {
+/// The papers' table; without a truth, `remedy` says who is to be given one.
+fn figures(rows: &[TableRow], unit: LengthUnit, remedy: &str) -> Markup {
     html! {
         section.figures {
             h2 { "Errors along the stripe" }
             @if rows.is_empty() {
-                p { "No truth was given, so errors are unknown. " code { "--truth FILE" } " adds them." }
+                p { "No truth was given, so errors are unknown. " (remedy) code { "seamtrack track --truth FILE" } "." }
             } @else {
                 div.scroll {
                     table {
-                        thead { tr { th {} @for head in HEADS { th scope="col" { (head) } } } }
+                        thead { tr { th {} @for head in heads(unit) { th scope="col" { (head) } } } }
                         tbody { @for row in rows {
-                            tr { th scope="row" { (row.name) } @for cell in &row.cells { td { (cell) } } }
+                            tr {
+                                th scope="row" { (row.name) }
+                                @for (head, cell) in heads(unit).iter().zip(&row.cells) { td data-head=(head) { (cell) } }
+                            }
                         } }
                     }
                 }
                 p.note {
-                    "SD is that of the absolute error, as in the papers. Wrong: a valid value off by over 1 mm. "
-                    "Unavailable: no value after the seam was first confirmed."
+                    "SD is that of the absolute error, as in the papers. RMSE: root of the mean square. P95: 95 % of the frames have a "
+                    "smaller error. Bias: the mean error with its sign. In ±2σ: 95 % where σ is right. Wrong: a valid value "
+                    "off by over " (wrong_limit(unit)) ". Unavailable: no value after the seam was first confirmed."
                 }
             }
         }
     }
 }
 
+const LATENCY: [&str; 3] = ["median [ms]", "99 % [ms]", "max [ms]"];
+
 fn timing(summary: &Summary) -> Markup {
     let row = |name: &str, p: Percentiles| {
         html! {
-            tr { th scope="row" { (name) } @for ms in [p.p50, p.p99, p.max] { td { (format!("{ms:.2}")) } } }
+            tr {
+                th scope="row" { (name) }
+                @for (head, ms) in LATENCY.iter().zip([p.p50, p.p99, p.max]) { td data-head=(head) { (format!("{ms:.2}")) } }
+            }
         }
     };
     html! {
         section.timing {
             h2 { "Latency" }
             table {
-                thead { tr { th {} th { "median [ms]" } th { "99 % [ms]" } th { "max [ms]" } } }
+                thead { tr { th {} @for head in LATENCY { th scope="col" { (head) } } } }
                 tbody {
                     (row("decode", summary.timing.decode_ms))
                     (row("track", summary.timing.track_ms))

@@ -1,6 +1,7 @@
-// Wires plots, ribbons, viewer and list together.
+// Wires plots, ribbons, picture and list together.
 const model = JSON.parse(document.getElementById("model").textContent);
-const view = { frames: model.frames, lo: -0.5, hi: Math.max(model.frames, 2) - 0.5, frame: 0, held: false };
+const axes = axesOf(model);
+const view = { frames: model.frames, lo: -0.5, hi: Math.max(model.frames, 2) - 0.5, frame: 0, held: false, axis: axes[0], hidden: new Set() };
 const host = document.getElementById("charts");
 
 /** Stretches of each status but tracked: {c: [[first, last], …], …}. */
@@ -22,6 +23,7 @@ const html = (tag, properties = {}, ...children) => {
 };
 
 const BAR = { s: 3, t: 7, c: 12, l: 18, u: 18 }; // heights, so that statuses stay apart in greyscale
+const MEANING = { s: "not found yet", t: "seen in the frame", c: "not seen, predicted", l: "no value", u: "no picture" };
 
 class RibbonPlot {
   constructor(ribbon) {
@@ -31,7 +33,8 @@ class RibbonPlot {
   }
   draw(width, view) {
     const [left, right] = [MARGIN.left, width - MARGIN.right];
-    const x = (frame) => Math.min(Math.max(left + ((frame - view.lo) / (view.hi - view.lo)) * (right - left), left), right);
+    const place = abscissa(view, left, right);
+    const x = (frame) => Math.min(Math.max(place.x(frame), left), right);
     Object.assign(this, { x, left, right });
     this.svg.replaceChildren();
     this.svg.setAttribute("viewBox", `0 0 ${width} 22`);
@@ -46,7 +49,6 @@ class RibbonPlot {
     this.cursor = element("path", { class: "cursor", d: "" });
     this.svg.append(this.cursor);
   }
-  frameAt(event, view) { return Chart.prototype.frameAt.call(this, event, view); }
   setCursor(view) {
     const visible = view.frame >= view.lo && view.frame <= view.hi;
     this.cursor.setAttribute("d", visible ? `M${this.x(view.frame)},0V22` : "");
@@ -71,19 +73,33 @@ function savePng(name, svgText) {
   image.src = url;
 }
 
-function key(series) {
+/** The key of a curve: where there are several, a switch that hides it in every plot and in the picture. */
+function key(series, several, ...more) {
   const sample = element("path", { class: `curve ${series.look}${series.dots ? " dots" : ""}`, d: keyPath(series, 0, 5), fill: "none" });
-  return [element("svg", { class: "chart", width: 26, height: 10, style: "display:inline;width:26px" }, sample), `${series.name} `];
+  const content = [element("svg", { class: "chart", width: 26, height: 10, style: "display:inline;width:26px" }, sample), `${series.name} `, ...more];
+  if (!several) return html("span", {}, ...content);
+  const button = html("button", { type: "button", className: "key", title: "Show or hide" }, ...content);
+  button.dataset.look = series.look;
+  button.setAttribute("aria-pressed", true);
+  button.onclick = () => toggle(series.look);
+  return button;
+}
+
+function toggle(look) {
+  if (!view.hidden.delete(look)) view.hidden.add(look);
+  for (const button of document.querySelectorAll(".key")) button.setAttribute("aria-pressed", !view.hidden.has(button.dataset.look));
+  soon(draw);
 }
 
 function statusKeys(statuses) {
   return [..."tclsu"].filter((letter) => statuses.includes(letter)).map((letter) => html("span", {},
     element("svg", { width: 12, height: 14 },
-      element("rect", { class: letter, width: 12, height: (BAR[letter] * 14) / 18, y: 14 - (BAR[letter] * 14) / 18 })), STATUS[letter]));
+      element("rect", { class: letter, width: 12, height: (BAR[letter] * 14) / 18, y: 14 - (BAR[letter] * 14) / 18 })), `${STATUS[letter]}: ${MEANING[letter]}`));
 }
 
 const plots = [];
 const readouts = [];
+const diagnostics = html("details", { className: "diagnostics" }, html("summary", { textContent: "Diagnostics: how the method worked" }));
 
 function mount(plot, title, keys, saveable) {
   const heading = html("header", {}, html("h2", { textContent: title }), html("div", { className: "keys" }, ...keys));
@@ -93,7 +109,9 @@ function mount(plot, title, keys, saveable) {
       html("button", { type: "button", textContent: "SVG", onclick: () => save(`${name}.svg`, Chart.prototype.standalone.call(plot, view), "image/svg+xml") }),
       html("button", { type: "button", textContent: "PNG", onclick: () => savePng(`${name}.png`, Chart.prototype.standalone.call(plot, view)) })));
   }
-  host.append(html("div", { className: "plot", id: `plot-${plot.spec?.id ?? "status"}` }, heading, plot.svg));
+  const note = plot.spec?.note ? [html("p", { className: "note", textContent: plot.spec.note })] : [];
+  const place = html("div", { className: "plot", id: `plot-${plot.spec?.id ?? "status"}` }, heading, ...note, plot.svg);
+  (plot.spec?.diagnostic ? diagnostics : host).append(place);
   plots.push(plot);
 }
 
@@ -109,8 +127,9 @@ function draw() {
 function cursor() {
   for (const plot of plots) plot.setCursor?.(view);
   for (const [node, chart, series] of readouts) node.textContent = chart.value(series, view.frame);
-  for (const button of document.querySelectorAll("#worst button")) button.setAttribute("aria-pressed", view.held && Number(button.dataset.frame) === view.frame);
+  for (const button of document.querySelectorAll("#places button")) button.setAttribute("aria-pressed", view.held && Number(button.dataset.frame) === view.frame);
   viewer.show(view.frame);
+  player.show();
 }
 
 /** Redraw before the next paint, once: plots and cursor, or the cursor alone. */
@@ -146,9 +165,9 @@ function listen(plot) {
     return x >= plot.left && x <= plot.right && y <= (plot.bottom ?? box.height);
   };
   svg.onmousedown = (event) => { if (inside(event)) event.preventDefault(); };
-  svg.onpointerdown = (event) => { if (event.button === 0 && inside(event)) { from = { px: event.clientX, frame: plot.frameAt(event, view) }; svg.setPointerCapture(event.pointerId); } };
+  svg.onpointerdown = (event) => { if (event.button === 0 && inside(event)) { from = { px: event.clientX, frame: frameUnder(plot, event, view) }; svg.setPointerCapture(event.pointerId); } };
   svg.onpointermove = (event) => {
-    const frame = plot.frameAt(event, view);
+    const frame = frameUnder(plot, event, view);
     if (from && Math.abs(event.clientX - from.px) > 5) {
       const [a, b] = [plot.x(Math.min(from.frame, frame)), plot.x(Math.max(from.frame, frame))];
       for (const [name, value] of [["x", a], ["width", b - a]]) plot.zoomBox?.setAttribute(name, value);
@@ -158,14 +177,15 @@ function listen(plot) {
     const start = from;
     from = null;
     if (!start) return;
-    const frame = plot.frameAt(event, view);
+    const frame = frameUnder(plot, event, view);
     if (Math.abs(event.clientX - start.px) > 5) zoom(Math.min(start.frame, frame), Math.max(start.frame, frame));
-    else goTo(frame, !(view.held && Math.round(frame) === view.frame));
+    else { player.stop(); goTo(frame, !(view.held && Math.round(frame) === view.frame)); }
   };
   svg.ondblclick = () => zoom(-0.5, view.frames - 0.5);
 }
 
-const viewer = new Viewer(document.getElementById("viewer"), model);
+const viewer = new Viewer(document.getElementById("viewer"), model, view);
+const player = new Player(document.querySelector("#viewer .player"), view, model.time_s, goTo);
 for (const ribbon of model.ribbons) {
   const plot = new RibbonPlot(ribbon);
   mount(plot, model.ribbons.length > 1 ? ribbon.name : "Status", plots.length ? [] : statusKeys(model.ribbons.map((r) => r.status).join("")), false);
@@ -177,30 +197,47 @@ for (const spec of model.charts) {
   const chart = new Chart(spec, gaps);
   const keys = spec.series.map((series) => {
     const value = html("b");
-    if (series.look === "sigma") return html("span", {}, ...key(series));
-    readouts.push([value, chart, series]);
-    return html("span", {}, ...key(series), value);
+    if (series.look !== "sigma") readouts.push([value, chart, series]);
+    return key(series, spec.series.length > 1, ...(series.look === "sigma" ? [] : [value]));
   });
   mount(chart, spec.title, keys, true);
   listen(chart);
 }
 for (const chart of plots.filter((plot) => plot.spec?.histogram)) {
   const histogram = new Histogram(chart);
-  mount(histogram, histogram.spec.title, histogram.spec.series.map((s) => html("span", {}, ...key({ ...s, dots: false }))), true);
+  const { series } = histogram.spec;
+  mount(histogram, histogram.spec.title, series.map((s) => key({ ...s, dots: false }, series.length > 1)), true);
 }
-for (const [frame, reason] of model.worst) {
-  const button = html("button", { type: "button", onclick: () => goTo(frame, true) }, html("b", { textContent: frame }), reason);
+if (diagnostics.children.length > 1) host.append(diagnostics);
+
+if (axes.length > 1) document.getElementById("axes").append("x axis: ", ...axes.map((axis) => {
+  const button = html("button", { type: "button", textContent: axis.name });
+  const press = () => { for (const other of document.querySelectorAll("#axes button")) other.setAttribute("aria-pressed", other.textContent === view.axis.name); };
+  button.setAttribute("aria-pressed", axis === view.axis);
+  button.onclick = () => { view.axis = axis; press(); soon(draw); };
+  return button;
+}));
+
+const list = document.querySelector("#places .list");
+for (const { first, last, frame, why } of model.places) {
+  const where = first === last ? `${first}` : `${first}–${last}`;
+  const button = html("button", { type: "button", onclick: () => { player.stop(); goTo(frame, true); } }, html("b", { textContent: where }), why);
   button.dataset.frame = frame;
-  document.querySelector("#worst .list").append(button);
+  list.append(button);
 }
-if (!model.worst.length) document.querySelector("#worst .list").textContent = "None: every frame was tracked.";
+if (model.more_places) list.append(html("p", { className: "note", textContent: `and ${model.more_places} more of less weight` }));
+const everTracked = model.ribbons.some((ribbon) => ribbon.status.includes("t"));
+if (!model.places.length) list.textContent = everTracked ? "None: no loss, no jump, no large error." : "None: no seam was found.";
+
 document.getElementById("zoom-out").onclick = () => zoom(-0.5, view.frames - 0.5);
 document.addEventListener("keydown", (event) => {
   const step = { ArrowLeft: -1, ArrowRight: 1 }[event.key] * (event.shiftKey ? 10 : 1);
   if (event.key === "Escape") { view.held = false; zoom(-0.5, view.frames - 0.5); }
-  else if (step && !event.target.closest("pre, .scroll")) { event.preventDefault(); goTo(view.frame + step, true); }
+  else if (event.key === " " && !event.target.closest("button, input, summary, a")) { event.preventDefault(); player.toggle(); }
+  else if (step && !event.target.closest("pre, .scroll, input")) { event.preventDefault(); player.stop(); goTo(view.frame + step, true); }
 });
 new ResizeObserver(() => soon(draw)).observe(host);
-view.frame = model.worst[0]?.[0] ?? 0;
+view.frame = model.places[0]?.frame ?? 0;
 draw();
+player.follow();
 document.documentElement.dataset.ready = "true";

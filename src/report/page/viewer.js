@@ -7,27 +7,31 @@ const SHAPES = {
   diamond: (u, v, r) => `M${u},${v - 0.7 * r}L${u + 0.7 * r},${v}L${u},${v + 0.7 * r}L${u - 0.7 * r},${v}Z`,
 };
 
+/** A mark over a dark outline of itself, which keeps it apart from glare. */
+const outlined = (name, attributes) => ["halo", attributes.class].map((look) => element(name, { ...attributes, class: look }));
+
 class Viewer {
-  constructor(figure, model) {
-    this.model = model;
-    this.viewer = model.viewer;
+  constructor(figure, model, view) {
+    Object.assign(this, { model, view, viewer: model.viewer, closeUp: false, marked: true });
+    const has = this.viewer.images.length > 0;
     this.caption = figure.querySelector("figcaption");
     this.picture = element("svg", { class: "picture", role: "img", "aria-label": "Stored frame with marks" });
-    if (this.viewer.images.length) figure.prepend(this.picture);
-    this.closeUp = false;
-    this.marked = true;
-    this.now = document.createElement("div");
-    this.now.className = "now";
-    const tools = document.createElement("div");
-    tools.className = "tools";
-    this.note = document.createElement("span");
-    this.note.className = "note";
-    tools.append(
+    const plus = this.viewer.axis === "horizontal" ? "+ →" : "+ ↓";
+    const node = (tag, properties, ...children) => {
+      const made = Object.assign(document.createElement(tag), properties);
+      made.append(...children);
+      return made;
+    };
+    if (has) figure.prepend(node("div", { className: "frame" }, this.picture, node("span", { className: "plus", textContent: plus, title: "The way in which positions grow" })));
+    this.now = node("div", { className: "now" });
+    this.note = node("span", { className: "note" });
+    const tools = node("div", { className: "tools" });
+    if (has) tools.append(
       this.toggle("Close-up", (on) => { this.closeUp = on; }, false),
       this.toggle("Marks", (on) => { this.marked = on; }, true),
-      ...(this.viewer.images.length ? this.viewer.points.map((p) => this.key(p)) : []), this.note);
-    this.caption.append(this.now, tools);
-    if (!this.viewer.images.length) tools.replaceChildren(this.note);
+      ...this.viewer.points.map((p) => this.key(p)));
+    tools.append(this.note);
+    this.caption.append(node("div", { className: "player" }), this.now, tools);
   }
 
   toggle(name, set, on) {
@@ -46,10 +50,9 @@ class Viewer {
 
   key(points) {
     const key = document.createElement("span");
-    key.className = "note";
-    key.style.margin = "0";
-    const shape = element("path", { class: `mark ${points.look}`, d: SHAPES[points.shape](8, 8, 4), fill: "none" });
-    key.append(element("svg", { class: "swatch", width: 16, height: 16, style: "vertical-align:-4px;background:#222;border-radius:3px;margin-right:4px" }, shape), points.name);
+    key.className = "note mark-key";
+    const shapes = outlined("path", { class: `mark ${points.look}`, d: SHAPES[points.shape](8, 8, 4) });
+    key.append(element("svg", { class: "swatch", width: 16, height: 16 }, ...shapes), points.name);
     return key;
   }
 
@@ -90,13 +93,14 @@ class Viewer {
     if (!this.marked) return;
     if (stored.roi) {
       const [x, y, roiWidth, roiHeight] = stored.roi;
-      this.picture.append(element("rect", { class: "roi", x, y, width: roiWidth, height: roiHeight }));
+      this.picture.append(...outlined("rect", { class: "roi", x, y, width: roiWidth, height: roiHeight }));
     }
+    // Without an outline, which would cover the stripe.
     this.picture.append(element("polyline", { class: "stripe", points: stored.stripe.map((p) => p.join(",")).join(" ") }));
     points.forEach((p, k) => {
-      if (!stored.points[k]) return;
+      if (!stored.points[k] || this.view.hidden.has(p.look)) return;
       const [u, v] = stored.points[k];
-      this.picture.append(element("path", { class: `mark ${p.look}`, d: SHAPES[p.shape](u, v, w / 55) }));
+      this.picture.append(...outlined("path", { class: `mark ${p.look}`, d: SHAPES[p.shape](u, v, w / 55) }));
     });
   }
 

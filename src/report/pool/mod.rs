@@ -5,6 +5,7 @@ mod page;
 mod results;
 mod summary;
 mod truth;
+mod verdict;
 
 pub use overlay::{PoolMarks, draw};
 pub use page::write_pool_report;
@@ -13,3 +14,4 @@ pub use summary::{
     PoolCalibration, PoolErrors, PoolInput, PoolSummary, SENSOR, is_pool_summary, read_pool_summary, write_pool_summary,
 };
 pub use truth::read_true_widths;
+pub use verdict::{PoolVerdict, pool_verdict};

@@ -67,6 +67,9 @@ pub struct PoolCalibration {
     pub mm_per_px: MmPerPx,
     /// Coordinate across the travel where the tip's offset is 0 \[px\]; 0 for a width.
     pub zero_px: f64,
+    /// Nobody gave the scale: it is the infrared paper's.
+    #[serde(default)]
+    pub assumed: bool,
 }
 
 /// Errors against the truth.

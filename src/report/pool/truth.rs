@@ -1,8 +1,40 @@
-//! The true widths of a made-up pool.
+//! The truth of a made-up pool.
 
 use std::path::Path;
 
+use super::summary::PoolSummary;
+use crate::eval::read_truth;
 use crate::report::atomic::ResultsError;
+use crate::report::truth::FILE_NAME;
+use crate::units::{StripeAxis, Travel};
+
+/// The truth beside a run's results, frame by frame \[px\]: the tip's coordinate across the travel, or the width; none where the
+/// run had no truth.
+pub(super) fn truth_beside(
+    dir: &Path,
+    summary: &PoolSummary,
+    frames: usize,
+) -> Result<Option<Vec<Option<f64>>>, ResultsError> {
+    let path = dir.join(FILE_NAME);
+    if !path.is_file() {
+        return Ok(None);
+    }
+    let setting = |key: &str| summary.config.get(key).cloned().unwrap_or_default();
+    let rows: Vec<(usize, Option<f64>)> = if setting("measure") == "width" {
+        read_true_widths(&path)?
+    } else {
+        let travel: Travel = serde_json::from_value(setting("travel")).unwrap_or_default();
+        let axis = if travel.is_along_columns() { StripeAxis::Horizontal } else { StripeAxis::Vertical };
+        read_truth(&path)?.iter().map(|row| (row.frame, row.along_px(axis))).collect()
+    };
+    let mut truth_px = vec![None; frames];
+    for (frame, px) in rows {
+        if let Some(place) = truth_px.get_mut(frame) {
+            *place = px;
+        }
+    }
+    Ok(Some(truth_px))
+}
 
 /// Frame and true width \[px\] of each line of a truth file with the columns `frame` and `width_px`; none where the pool
 /// cannot be seen.

@@ -3,6 +3,7 @@
 //!
 //! Every pixel is sampled [`SAMPLES`]² times along its ray, so that edges and stripe are as sharp as the lens lets them be.
 
+pub mod recording;
 mod surface;
 
 use nalgebra::{Rotation3, Vector2, Vector3};
@@ -13,6 +14,7 @@ use rayon::prelude::*;
 
 use crate::calib::board::BoardSize;
 use crate::calib::intrinsics::Intrinsics;
+use crate::calib::laser_camera::LaserCamera;
 use crate::calib::plane::LaserPlane;
 use crate::calib::pose::Pose;
 use crate::frame::GrayFrame;
@@ -24,6 +26,8 @@ pub use surface::{BoardSurface, StepSurface, Surface};
 pub const SAMPLES: usize = 2;
 /// Least distance of a corner from the picture's rim in a drawn pose \[px\].
 const RIM_PX: f64 = 40.0;
+/// Distance at which the documentation's laser meets the viewing direction \[mm\].
+const DOCUMENTED_MM: f64 = 250.0;
 /// Tries to draw a pose before giving up.
 const TRIES: usize = 100_000;
 
@@ -57,20 +61,31 @@ impl SensorScene {
         let normal = Vector3::new(0.02, cos, sin);
         let plane = LaserPlane::new(normal, normal.dot(&Vector3::new(0.0, 0.0, 250.0))).ok()?;
         let intrinsics = Intrinsics::from_array([1250.0, 1252.0, 507.0, 371.0, -0.11, 0.15, 0.0006, -0.0008, 0.0]);
-        Some(Self {
-            size_px: (1000, 750),
-            intrinsics,
-            plane,
+        Some(Self::of(&LaserCamera::new((1000, 750), intrinsics, plane, None, None)))
+    }
+
+    /// The scene of a true sensor, its light that of the documentation's figures.
+    #[must_use]
+    pub fn of(sensor: &LaserCamera) -> Self {
+        Self {
+            size_px: sensor.size_px(),
+            intrinsics: *sensor.intrinsics(),
+            plane: *sensor.plane(),
             sheet_sd_mm: 0.25,
             blur_sd_px: 0.7,
             noise_grey: 1.5,
             speckle: 0.5,
             stripe_grey: 220.0,
-        })
+        }
     }
 
-    /// Poses of a board, drawn at random: tilted by 5° to 35° to any side, between 215 and 290 mm, as a whole in the picture
-    /// and crossed by the laser.
+    /// Where the laser meets the viewing direction \[mm\].
+    fn distance_mm(&self) -> f64 {
+        self.plane.meet(Vector2::zeros()).map_or(DOCUMENTED_MM, |point| point.z)
+    }
+
+    /// Poses of a board, drawn at random: tilted by 5° to 35° to any side, between .86 and 1.16 of the distance at which the laser
+    /// meets the viewing direction, as a whole in the picture and crossed by the laser.
     #[must_use]
     pub fn draw_poses(&self, board: BoardSize, square_mm: f64, count: usize, random: &mut Pcg32) -> Vec<Pose> {
         let points = board.points_mm(square_mm);
@@ -84,7 +99,8 @@ impl SensorScene {
             turn.z = random.random_range(-0.4..0.4);
             let shift =
                 [random.random_range(-25.0..25.0), random.random_range(-15.0..15.0), random.random_range(215.0..290.0)];
-            let pose = Pose { rotation: Rotation3::new(turn), translation_mm: Vector3::from(shift) };
+            let translation_mm = Vector3::from(shift) * (self.distance_mm() / DOCUMENTED_MM);
+            let pose = Pose { rotation: Rotation3::new(turn), translation_mm };
             let in_camera: Vec<Vector3<f64>> = points.iter().map(|p| pose.camera_from_board(p)).collect();
             let is_seen = |p: &Vector3<f64>| {
                 self.intrinsics.project(p).is_some_and(|pixel| {

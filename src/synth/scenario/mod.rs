@@ -20,6 +20,8 @@ pub use plates::{Bead, Finish, MarkForm, Marks, Plates, Shape};
 pub use rivals::{OtherStripe, Reflection, Rivals, SeamSide, SecondSeam};
 pub use view::{Cable, DeadPixels, Dirt, LineGap, Shadow, View};
 
+use super::projection::lengths_in_px;
+use crate::calib::file::{CameraSection, LaserSection};
 use crate::units::MmPerPx;
 
 /// A recording to be made up: joint, path, light, camera. Only `description`, `joint` and `path` have no default.
@@ -108,6 +110,14 @@ pub struct Scenario {
     /// What lies between the plates and the picture.
     #[serde(default, skip_serializing_if = "is_default")]
     pub view: View,
+    /// The camera that sees the section, as in a calibration file. With it and [`Self::laser`] the section lies in the plane of
+    /// the laser: joint, path, height, edges and plates are drawn in steps of `mm_per_px` and go through plane and lens into the
+    /// picture. Default: the picture is the section.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub camera: Option<CameraSection>,
+    /// The laser's plane in the camera's frame, as in a calibration file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub laser: Option<LaserSection>,
 }
 
 fn is_default<T: Default + PartialEq>(section: &T) -> bool {
@@ -168,15 +178,21 @@ pub enum ScenarioError {
 }
 
 impl Scenario {
-    /// The scenario in a TOML text; `file` names it in errors.
+    /// The scenario in a TOML text; `file` names it in errors. Lengths of joint, path, height, edges and plates may be given in
+    /// millimetres: `gap_mm` for `gap_px`.
     ///
     /// # Errors
     /// When the text is not a scenario or a number lies outside its range.
     pub fn from_toml(text: &str, file: &str) -> Result<Self, ScenarioError> {
-        let scenario: Self = toml::from_str(text).map_err(|e| ScenarioError::Parse {
-            file: file.to_owned(),
-            message: e.to_string().trim_end().to_owned(),
-        })?;
+        let parse = |message: String| ScenarioError::Parse { file: file.to_owned(), message };
+        let scenario: Self = if text.contains("_mm") || text.contains("mm_per_frame") {
+            let mut table: toml::Table =
+                text.parse().map_err(|e: toml::de::Error| parse(e.to_string().trim_end().to_owned()))?;
+            lengths_in_px(&mut table).map_err(parse)?;
+            table.try_into().map_err(|e: toml::de::Error| parse(e.to_string().trim_end().to_owned()))?
+        } else {
+            toml::from_str(text).map_err(|e| parse(e.to_string().trim_end().to_owned()))?
+        };
         scenario.check()?;
         Ok(scenario)
     }
@@ -266,6 +282,9 @@ impl Scenario {
         }
         if !self.plates.beads.is_empty() && !matches!(self.joint, Joint::Vgroove(_)) {
             return Some("plates.beads need a V-groove");
+        }
+        if self.camera.is_some() && matches!(self.joint, Joint::Hairline(_)) {
+            return Some("a hairline is drawn in the picture: it has no [camera] and [laser]");
         }
         if self.rivals.second_seam.is_some() && matches!(self.joint, Joint::Fillet(_) | Joint::Flat) {
             return Some("rivals.second_seam needs a butt, lap, V-groove or hairline joint");

@@ -97,7 +97,12 @@ impl Following {
     ///
     /// # Errors
     /// When a number is not finite.
-    pub fn by_geometry(seed: Seed, view: View, sensor: Sensor, parts: Parts) -> Result<(Self, Sighting), TrackerError> {
+    pub fn by_geometry(
+        seed: Seed,
+        view: View,
+        sensor: &Sensor,
+        parts: Parts,
+    ) -> Result<(Self, Sighting), TrackerError> {
         let row_bias_px2 = if seed.model.kind == JointKind::Butt { BUTT_ROW_BIAS_PX2 } else { 0.0 };
         let eye = GeometryEye::new(seed.model, parts);
         let sighting = eye.sighting(seed.fit);
@@ -115,7 +120,7 @@ impl Following {
         tracker: HairlineTracker,
         sighting: &Sighting,
         view: View,
-        sensor: Sensor,
+        sensor: &Sensor,
         parts: Parts,
     ) -> Result<Self, TrackerError> {
         let eye = Eye::Hairline(Box::new(HairlineEye::new(tracker)));
@@ -353,7 +358,8 @@ impl Following {
         let (observation, nis, evidence, section, measured) = match outcome {
             Outcome::Sighted { sighting, measured, nis, restarted } => {
                 let observation = if restarted { Observation::Reacquired } else { Observation::Geometry };
-                (observation, Some(nis), sighting.evidence, sighting.section, Some(measured))
+                let section = sighting.section.map(|section| section.with_noise(self.noise.scale()));
+                (observation, Some(nis), sighting.evidence, section, Some(measured))
             }
             Outcome::Refused { sighting, nis } => (Observation::Refused, Some(nis), sighting.evidence, None, None),
             Outcome::StoodIn { along, nis, evidence } => {
@@ -383,9 +389,8 @@ impl Following {
 }
 
 /// Millimetres along the stripe of a pixel of the view at `place`, where they are known.
-fn mm_per_px(sensor: Sensor, view: &View, place: PixelPoint) -> Option<f64> {
-    let picture = view.picture_from_view(place);
-    let mm_per_px = sensor.jacobian_mm_per_px(picture, view.axis())[(0, 0)].abs() * view.picture_px();
+fn mm_per_px(sensor: &Sensor, view: &View, place: PixelPoint) -> Option<f64> {
+    let mm_per_px = sensor.scale_along(view.picture_from_view(place), view.axis())?.abs() * view.picture_px();
     sensor.has_millimetres().then_some(mm_per_px)
 }
 

@@ -8,6 +8,7 @@ use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
+use crate::tracker::profile::Profile;
 use crate::units::PixelPoint;
 
 use super::following::LEAST_PSR_RATIO;
@@ -82,7 +83,7 @@ impl GeometryEye {
             across_variance_px2: across_variance_px2(&fit),
             clear: fit.is_clear(),
             evidence: evidence(&fit),
-            section: Some(section(&fit, self.model.half_window_px)),
+            section: Some(section(&fit, &self.model)),
             fit: Some(fit),
         }
     }
@@ -164,20 +165,24 @@ fn evidence(fit: &JointFit) -> Evidence {
 }
 
 /// The joint as it was fitted, out to the window's ends.
-fn section(fit: &JointFit, half_window_px: f64) -> CrossSection {
+fn section(fit: &JointFit, model: &JointModel) -> CrossSection {
     let half_gap_px = fit.edges.map_or(0.0, |edges| 0.5 * edges.gap_px);
     let [left_shoulder, right_shoulder] = fit.shoulders();
     let side = |flank: Line, plate: Option<Line>, shoulder: Option<PixelPoint>, sign: f64| {
         let point = |line: Line, du: f64| PixelPoint::new(fit.centre.u_px + sign * du, line.at(sign * du));
         let outer = if shoulder.is_some() { plate.unwrap_or(flank) } else { flank };
-        Side { outer: point(outer, half_window_px), shoulder, inner: point(flank, half_gap_px) }
+        Side { outer: point(outer, model.half_window_px), shoulder, inner: point(flank, half_gap_px) }
     };
+    // The share of an even stripe is not in the distance of two edges, which is held by what is known of it.
+    let along_px2 = noise::of_fit(fit) - noise::WHITE_VARIANCE_PX2 + COLOUR_VARIANCE_PX2;
+    let profile = Profile::of(fit, model.kind, along_px2, COLOUR_VARIANCE_PX2);
     CrossSection {
         sides: [
             side(fit.left, fit.plates[0], left_shoulder, -1.0),
             side(fit.right, fit.plates[1], right_shoulder, 1.0),
         ],
-        gap_px: fit.edges.map(|edges| edges.gap_px),
+        gap_px: profile.gap_px,
         mismatch_px: fit.mismatch_px(),
+        profile,
     }
 }

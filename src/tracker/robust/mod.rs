@@ -143,7 +143,7 @@ impl RobustTracker {
             }
             Found::Joint { seed, reason, doubt, before: fits } => {
                 let kind = seed.model.kind;
-                let (following, sighting) = Following::by_geometry(*seed, view, self.sensor, self.settings.parts)?;
+                let (following, sighting) = Following::by_geometry(*seed, view, &self.sensor, self.settings.parts)?;
                 for (age, fit) in fits {
                     if let Some(place) = before.get_mut(age - 1) {
                         *place = following.sighting(fit).map(|sighting| sighting.measured(1.0));
@@ -152,7 +152,7 @@ impl RobustTracker {
                 (following, sighting, (kind, reason, doubt))
             }
             Found::Hairline { tracker, sighting, reason } => {
-                let following = Following::by_evidence(*tracker, &sighting, view, self.sensor, self.settings.parts)?;
+                let following = Following::by_evidence(*tracker, &sighting, view, &self.sensor, self.settings.parts)?;
                 (following, *sighting, (JointKind::Butt, reason, None))
             }
         };

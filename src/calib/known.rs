@@ -1,0 +1,61 @@
+//! A sensor, and where the knowledge of it comes from.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::file::{CalibrationFile, CalibrationFileError};
+use super::laser_camera::LaserCamera;
+use super::sensor::Sensor;
+use crate::units::{MmPerPx, StripeAxis};
+
+/// A sensor with its source, for those who read the results.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KnownSensor {
+    /// What a pixel is.
+    pub sensor: Sensor,
+    /// Where that comes from, in a few words.
+    pub source: String,
+    /// σ of the scale itself, where there is one scale and it is known \[mm/px\].
+    pub std_mm_per_px: Option<f64>,
+    /// The calibration, if a file holds one.
+    pub file: Option<CalibrationFile>,
+}
+
+impl KnownSensor {
+    /// Nobody said what a pixel is.
+    #[must_use]
+    pub fn unknown() -> Self {
+        Self { sensor: Sensor::Pixels, source: "no scale was given".into(), std_mm_per_px: None, file: None }
+    }
+
+    /// One scale, from `source`.
+    #[must_use]
+    pub fn scale(mm_per_px: MmPerPx, source: &str) -> Self {
+        Self { sensor: Sensor::Scale(mm_per_px), source: source.into(), std_mm_per_px: None, file: None }
+    }
+
+    /// What a calibration file holds: camera and plane, or one scale.
+    ///
+    /// # Errors
+    /// When the file cannot be read, or holds neither.
+    pub fn read(path: &Path) -> Result<Self, CalibrationFileError> {
+        let content = |problem: String| CalibrationFileError::Content { path: path.to_owned(), problem };
+        let file = CalibrationFile::read(path)?;
+        let source = path.display().to_string();
+        if let Some(scale) = &file.scale
+            && file.laser.is_none()
+        {
+            let sensor = Sensor::Scale(MmPerPx::new(scale.mm_per_px).map_err(|error| content(error.to_string()))?);
+            let std_mm_per_px = (scale.std_mm_per_px > 0.0).then_some(scale.std_mm_per_px);
+            return Ok(Self { sensor, source, std_mm_per_px, file: Some(file) });
+        }
+        let sensor = Sensor::Plane(Arc::new(file.laser_camera().map_err(content)?));
+        Ok(Self { sensor, source, std_mm_per_px: None, file: Some(file) })
+    }
+
+    /// Which way the stripe runs through the picture, where the calibration says so.
+    #[must_use]
+    pub fn stripe_axis(&self) -> Option<StripeAxis> {
+        self.sensor.laser_camera().map(LaserCamera::stripe_axis)
+    }
+}

@@ -1,0 +1,195 @@
+//! Pictures in an MCAP log: `sensor_msgs/Image` and `CompressedImage` of ROS 1 and 2, `foxglove.RawImage` and
+//! `CompressedImage` in Protobuf, JSON or ROS encoding (<https://mcap.dev/spec/registry>). Stamps are the log's.
+
+mod picture;
+mod wire;
+
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use mcap::io::MessageReader;
+use mcap::{McapError, Message};
+
+use super::gray::{Decoded, DecodedSource, SixteenBitScale, file_name, scale_frames};
+use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
+
+/// The pictures of one topic, in the order of the log.
+pub struct Mcap {
+    name: String,
+    topic: String,
+    messages: MessageReader<BufReader<File>>,
+    next: usize,
+    count: usize,
+    first_ns: u64,
+    last_s: f64,
+    ended: bool,
+    scale: Option<SixteenBitScale>,
+    period_s: f64,
+    notes: Vec<String>,
+}
+
+impl Mcap {
+    /// Looks the log through, which takes reading it once: the topic with the most pictures, their number and stamps, and the
+    /// scale of 16-bit ones.
+    pub fn open(path: &Path, period: Period) -> Result<Self, SourceError> {
+        let wrong = |problem: String| SourceError::Frames { path: path.to_owned(), problem };
+        let mut stamps: BTreeMap<String, Vec<u64>> = BTreeMap::new();
+        let mut broken: Option<McapError> = None;
+        for message in messages(path)? {
+            match message {
+                Ok(message) if is_picture(&message) => {
+                    stamps.entry(message.channel.topic.clone()).or_default().push(message.log_time);
+                }
+                Ok(_) => {}
+                Err(error) => broken = Some(error),
+            }
+        }
+        // Of topics with equally many the first by name.
+        let most = stamps.iter().max_by_key(|(topic, stamps)| (stamps.len(), std::cmp::Reverse(*topic)));
+        let Some((topic, of_topic)) = most.map(|(topic, stamps)| (topic.clone(), stamps.clone())) else {
+            let why = broken.map_or_else(String::new, |error| format!(" ({error})"));
+            return Err(wrong(format!(
+                "it has no pictures of a kind that is read{why}: sensor_msgs/Image, CompressedImage, foxglove.RawImage, CompressedImage"
+            )));
+        };
+        let mut notes = vec![];
+        if stamps.len() > 1 {
+            let others: Vec<&str> = stamps.keys().map(String::as_str).filter(|other| *other != topic).collect();
+            notes.push(format!("pictures of {topic} are used; there are also {}", others.join(", ")));
+        }
+        if let Some(error) = broken {
+            notes.push(format!("the log ends early: {error}"));
+        }
+        let not_later = of_topic.windows(2).filter(|pair| pair[1] <= pair[0]).count();
+        if not_later > 0 {
+            notes.push(format!("frames that are not later than the one before: {not_later}; used as they are"));
+        }
+        let first_ns = of_topic.iter().copied().min().unwrap_or(0);
+        let sample: Vec<usize> = scale_frames(of_topic.len()).collect();
+        let name = file_name(path);
+        let pictures = messages(path)?.filter_map(Result::ok).filter(|message| is_from(message, &topic));
+        let sampled = pictures.enumerate().filter(|(number, _)| sample.binary_search(number).is_ok());
+        let scale = SixteenBitScale::of_frames(sampled.filter_map(|(_, message)| decode(&message, &name).ok()));
+        let period_s = match period {
+            Period::OwnOr(default_s) => median_step_s(&of_topic).unwrap_or(default_s),
+            Period::Given(period_s) => period_s,
+        };
+        Ok(Self {
+            messages: messages(path)?,
+            name,
+            topic,
+            next: 0,
+            count: of_topic.len(),
+            first_ns,
+            last_s: 0.0,
+            ended: false,
+            scale,
+            period_s,
+            notes,
+        })
+    }
+}
+
+fn messages(path: &Path) -> Result<MessageReader<BufReader<File>>, SourceError> {
+    let file = File::open(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
+    Ok(MessageReader::new(BufReader::new(file)))
+}
+
+fn is_picture(message: &Message<'_>) -> bool {
+    message.channel.schema.as_ref().is_some_and(|schema| wire::Kind::of(&schema.name).is_some())
+}
+
+fn is_from(message: &Message<'_>, topic: &str) -> bool {
+    message.channel.topic == topic && is_picture(message)
+}
+
+fn decode(message: &Message<'_>, file: &str) -> Result<Decoded, FrameError> {
+    let kind = message.channel.schema.as_ref().and_then(|schema| wire::Kind::of(&schema.name));
+    let failed =
+        |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
+    let Some(kind) = kind else { return Err(failed("its schema is unknown".into())) };
+    let read = wire::read(kind, &message.channel.message_encoding, &message.data);
+    picture::decode(read.map_err(|error| failed(Box::new(error)))?, file)
+}
+
+/// The median time from picture to picture \[s\], if it is above zero.
+fn median_step_s(stamps_ns: &[u64]) -> Option<f64> {
+    let mut steps: Vec<u64> = stamps_ns.windows(2).map(|pair| pair[1].saturating_sub(pair[0])).collect();
+    steps.sort_unstable();
+    steps.get(steps.len() / 2).map(|&step_ns| step_ns as f64 * 1e-9).filter(|step_s| *step_s > 0.0)
+}
+
+impl Mcap {
+    /// The next message of the topic, or the error that ends the log.
+    fn next_message(&mut self) -> Option<Result<Message<'static>, McapError>> {
+        let topic = &self.topic;
+        let is_wanted = |message: &Result<Message<'static>, McapError>| {
+            message.as_ref().map_or(true, |message| is_from(message, topic))
+        };
+        self.messages.find(is_wanted)
+    }
+}
+
+impl DecodedSource for Mcap {
+    fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
+        if self.ended {
+            return None;
+        }
+        let file = format!("{}[{}]", self.name, self.next);
+        let message = self.next_message()?;
+        self.next += 1;
+        let (time_s, picture) = match message {
+            Ok(message) => {
+                self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9;
+                (self.last_s, decode(&message, &file))
+            }
+            Err(error) => {
+                // What was behind it nobody knows; one frame stands for it.
+                self.ended = true;
+                let picture = Err(FrameError::Decode { file: file.clone(), source: Box::new(error) });
+                (self.last_s + self.period_s, picture)
+            }
+        };
+        Some(SourceFrame { file, time_s, picture })
+    }
+}
+
+impl FrameSource for Mcap {
+    fn next_frame(&mut self) -> Option<SourceFrame> {
+        let scale = self.scale;
+        self.next_decoded().map(|frame| frame.in_gray(scale))
+    }
+
+    fn skip(&mut self, frames: usize) {
+        for _ in 0..frames {
+            match self.next_message() {
+                Some(Ok(message)) => self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9,
+                Some(Err(_)) => self.ended = true,
+                None => break,
+            }
+            self.next += 1;
+        }
+    }
+
+    fn frame_count(&self) -> Option<usize> {
+        Some(self.count)
+    }
+
+    fn kind(&self) -> &'static str {
+        "mcap"
+    }
+
+    fn period_s(&self) -> f64 {
+        self.period_s
+    }
+
+    fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
+        self.scale
+    }
+}
