@@ -8,8 +8,9 @@ KINDS_SEEDS ?= 121-124
 SENSORS_SEED ?= 1
 REGRESS ?=
 PLATES_SEEDS ?= 201-205
+FAULTS_SEED ?= 1
 
-.PHONY: demo test build setup checks bench regress ablation kinds sensors plates peers clean
+.PHONY: demo test build setup checks bench regress ablation kinds sensors plates faults peers clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -66,6 +67,10 @@ sensors: setup
 # Plates with marks, beads, curves, reflections; and plates without a seam: families × levels × seeds, the joint not told.
 plates: setup
 	$(CARGO) run --release --example plates -- --seeds $(PLATES_SEEDS)
+
+# What becomes of recordings to which something happens, at random places; then pictures without a seam.
+faults: setup
+	$(CARGO) run --release --example faults -- --seed $(FAULTS_SEED)
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
