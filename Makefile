@@ -9,8 +9,10 @@ SENSORS_SEED ?= 1
 REGRESS ?=
 PLATES_SEEDS ?= 201-205
 FAULTS_SEED ?= 1
+FUZZ_INPUTS ?= 1000000
+FUZZ_SEED ?= 1
 
-.PHONY: demo test build setup checks bench regress ablation kinds sensors plates faults peers clean
+.PHONY: demo test build setup checks bench regress ablation kinds sensors plates faults fuzz peers clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -71,6 +73,11 @@ plates: setup
 # What becomes of recordings to which something happens, at random places; then pictures without a seam.
 faults: setup
 	$(CARGO) run --release --example faults -- --seed $(FAULTS_SEED)
+
+# Hostile inputs to everything that reads; what breaks a promise is kept in fuzz/artifacts. With cargo-fuzz and a nightly
+# compiler the same targets run guided: `cargo +nightly fuzz run session`.
+fuzz: setup
+	$(CARGO) run --release --example fuzz -- --inputs $(FUZZ_INPUTS) --seed $(FUZZ_SEED)
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
