@@ -3,6 +3,8 @@
 //! Every source is a [`FrameSource`]; a live camera fits the same trait later. An [`IntensitySource`] gives the same
 //! recordings in their full depth.
 
+#[cfg(feature = "video")]
+mod decoder;
 mod folder;
 mod gray;
 mod intensity;
@@ -14,6 +16,8 @@ mod video;
 
 use std::path::{Path, PathBuf};
 
+#[cfg(feature = "video")]
+pub use decoder::{decode_videos_by, serve as serve_video};
 pub use gray::SixteenBitScale;
 pub use intensity::{IntensityScale, IntensitySource, open_intensity};
 
@@ -121,6 +125,14 @@ pub enum SourceError {
         /// What is wrong with it, and the remedy.
         problem: String,
     },
+    /// The decoder of a video hangs, crashes or cannot be started.
+    #[error("{}: {problem}", path.display())]
+    Decoder {
+        /// The file.
+        path: PathBuf,
+        /// What happened, and the remedy.
+        problem: String,
+    },
     /// The time stamps do not fit.
     #[error("{}: {problem}", path.display())]
     TimeStamps {
@@ -185,7 +197,7 @@ pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSourc
         Kind::Tiff => Box::new(tiff_stack::TiffStack::open(path, period)?),
         Kind::Picture => Box::new(folder::Folder::single(path, period)),
         #[cfg(feature = "video")]
-        Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
+        Kind::NumPy | Kind::Other => decoder::open(path, period)?,
         #[cfg(not(feature = "video"))]
         Kind::NumPy | Kind::Other => return Err(SourceError::UnknownKind(path.to_owned())),
     })

@@ -13,4 +13,5 @@ mod messages;
 mod outputs;
 mod program;
 mod users_files;
+mod videos;
 mod whole_or_absent;
