@@ -1,5 +1,5 @@
 //! The corpora of the fuzz targets, as they are and a little changed: everything that reads comes back from everything.
-#![expect(clippy::unwrap_used, clippy::expect_used, reason = "a test that cannot go on has failed")]
+#![expect(clippy::expect_used, reason = "a test that cannot go on has failed")]
 
 #[path = "../fuzz/mutate.rs"]
 mod mutate;

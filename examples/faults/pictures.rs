@@ -225,8 +225,8 @@ fn two_stripes(seed: u64) -> Result<Pictures> {
     let scene = stripe(seed)?;
     Ok(Box::new(move |frame| {
         let one = scene.render(frame);
-        let slope = if seed % 2 == 0 { 0.0 } else { 0.35 };
-        let below = if seed % 2 == 0 { 70.0 } else { 0.0 };
+        let slope = if seed.is_multiple_of(2) { 0.0 } else { 0.35 };
+        let below = if seed.is_multiple_of(2) { 70.0 } else { 0.0 };
         sized(WIDTH, |u, v| {
             let moved = v as f64 - below - slope * (u as f64 - WIDTH as f64 / 2.0);
             one.row(v)[u].max(one.at_clamped(u as isize, moved.round() as isize))

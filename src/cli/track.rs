@@ -85,7 +85,7 @@ pub struct Track {
     /// Exit with 3 when the seam is unavailable on more than this part of the frames
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
-    /// Frames that the smoother may look ahead, as in a live run; the whole recording when it is not given
+    /// Frames that the smoother may look ahead, as in a live run, at most 1000; the whole recording when it is not given
     #[arg(long, value_name = "FRAMES")]
     fixed_lag: Option<usize>,
     /// Also write trace.csv: what was measured in each frame and why it was accepted or refused

@@ -288,7 +288,8 @@ impl FrameSource for Watched {
     }
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
+#[cfg(unix)]
 mod tests {
     use super::*;
 
