@@ -12,7 +12,7 @@ FAULTS_SEED ?= 1
 FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
 
-.PHONY: demo test build setup checks bench regress ablation kinds sensors plates faults fuzz peers clean
+.PHONY: demo test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
 
 demo: build
 	./target/release/seamtrack track fixtures/demo-butt --truth fixtures/demo-butt/truth.csv \
@@ -78,6 +78,20 @@ faults: setup
 # compiler the same targets run guided: `cargo +nightly fuzz run session`.
 fuzz: setup
 	$(CARGO) run --release --example fuzz -- --inputs $(FUZZ_INPUTS) --seed $(FUZZ_SEED)
+
+# 200,000 frames through one session: memory, time a frame, covariances.
+soak: setup
+	$(CARGO) run --release --example soak
+
+# 500 runs killed at random moments, 50 pairs at once, full and read-only disks: what is there afterwards.
+kills: build
+	$(CARGO) run --release --example kills
+
+# Licences, advisories and sources of what is built in, by deny.toml. Licences and sources need no network, advisories a copy
+# of their list.
+deny:
+	@if $(CARGO) deny --version >/dev/null 2>&1; then $(CARGO) deny --all-features check; \
+	else echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; fi
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
