@@ -60,7 +60,7 @@ pub fn tally(program: &Program, kind: Kind) -> Result<Tally> {
     let mut tally = Tally::default();
     for room_kb in ROOM_KB {
         let disk = Mounted::new(if kind == Kind::Full { OLD_RESULTS_KB + room_kb } else { 10_000 })?;
-        let there = program.into_folder(disk.0.path());
+        let there = program.writing_to(disk.0.path());
         there.prepare(true)?;
         if kind == Kind::ReadOnly {
             mount(&["-o", "remount,ro"], disk.0.path())?;

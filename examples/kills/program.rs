@@ -56,7 +56,7 @@ impl Program {
     }
 
     /// The same program with its results in another folder.
-    pub fn into_folder(&self, folder: &Path) -> Self {
+    pub fn writing_to(&self, folder: &Path) -> Self {
         Self {
             binary: self.binary.clone(),
             folder: folder.to_owned(),
