@@ -8,8 +8,11 @@ KINDS_SEEDS ?= 121-124
 SENSORS_SEED ?= 1
 REGRESS ?=
 PLATES_SEEDS ?= 201-205
+FAULTS_SEED ?= 1
+FUZZ_INPUTS ?= 1000000
+FUZZ_SEED ?= 1
 
-.PHONY: demo pictures test build setup checks bench regress ablation kinds sensors plates peers clean
+.PHONY: demo pictures test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -80,6 +83,29 @@ sensors: setup
 # Plates with marks, beads, curves, reflections; and plates without a seam: families × levels × seeds, the joint not told.
 plates: setup
 	$(CARGO) run --release --example plates -- --seeds $(PLATES_SEEDS)
+
+# What becomes of recordings to which something happens, at random places; then pictures without a seam.
+faults: setup
+	$(CARGO) run --release --example faults -- --seed $(FAULTS_SEED)
+
+# Hostile inputs to everything that reads; what breaks a promise is kept in fuzz/artifacts. With cargo-fuzz and a nightly
+# compiler the same targets run guided: `cargo +nightly fuzz run session`.
+fuzz: setup
+	$(CARGO) run --release --example fuzz -- --inputs $(FUZZ_INPUTS) --seed $(FUZZ_SEED)
+
+# 200,000 frames through one session: memory, time a frame, covariances.
+soak: setup
+	$(CARGO) run --release --example soak
+
+# 500 runs killed at random moments, 50 pairs at once, full and read-only disks: what is there afterwards.
+kills: build
+	$(CARGO) run --release --example kills
+
+# Licences, advisories and sources of what is built in, by deny.toml. Licences and sources need no network, advisories a copy
+# of their list.
+deny:
+	@if $(CARGO) deny --version >/dev/null 2>&1; then $(CARGO) deny --all-features check; \
+	else echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; fi
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup

@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::calib::KnownSensor;
 use crate::imgproc::MedianKernel;
 use crate::imgproc::geometry::JointKind;
+use crate::kalman::smoother::LONGEST_LAG;
 use crate::kalman::{ColouredMeasurement, InvalidParameter};
 use crate::kcf::{Kcf, KcfError, KcfSettings};
 use crate::tracker::{Method, PaperSettings, RobustSettings};
@@ -105,7 +106,7 @@ pub struct Config {
     /// The part of the picture that is looked at \[px\]: first column and row, columns and rows; all of it when it is not given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub roi: Option<[usize; 4]>,
-    /// Frames that the smoother may look ahead; the whole recording when it is not given. Preset robust only.
+    /// Frames that the smoother may look ahead, at most 1000; the whole recording when it is not given. Preset robust only.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fixed_lag: Option<usize>,
     /// Travel speed of the torch \[mm/s\], for the column travel_mm.
@@ -279,6 +280,9 @@ impl Config {
         }
         if let Some(speed) = self.speed_mm_s {
             range("speed_mm_s", speed, "a number from 0", speed.is_finite() && speed >= 0.0)?;
+        }
+        if let Some(lag) = self.fixed_lag {
+            range("fixed_lag", lag as f64, "at most 1000 frames", lag <= LONGEST_LAG)?;
         }
         match self.preset {
             Preset::Paper if self.fixed_lag.is_some() => Err(ConfigError::LagWithoutSmoother),

@@ -49,7 +49,7 @@ pub struct Filter {
     /// Use equations 15-19 of Jiang 2016 as printed (adaptive); says where they lose positive definiteness
     #[arg(long)]
     literal: bool,
-    /// Smooth with N later lines only, instead of the whole series
+    /// Smooth with N later lines only, at most 1000, instead of the whole series
     #[arg(long, value_name = "N")]
     fixed_lag: Option<usize>,
     /// Folder for filter.csv and filter.json [default: results/<name>]
@@ -73,6 +73,12 @@ impl Filter {
         parameters.check_belong_to(self.model)?;
         if self.literal && (self.model != ModelKind::Adaptive || self.fit) {
             bail!("--literal is of --model adaptive, without --fit");
+        }
+        if self.fixed_lag.is_some_and(|lag| lag > smoother::LONGEST_LAG) {
+            bail!(
+                "--fixed-lag is at most {} lines: leave it out to smooth with the whole series",
+                smoother::LONGEST_LAG
+            );
         }
         let folder = self.folder();
         let mut reads = Reads::default();

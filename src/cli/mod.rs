@@ -21,6 +21,7 @@ mod batch;
 mod calibrate;
 mod compare;
 mod config;
+mod decode_video;
 mod drawing;
 mod eval;
 mod filter;
@@ -63,11 +64,16 @@ enum Command {
     Filter(Box<filter::Filter>),
     Meltpool(Box<meltpool::Meltpool>),
     Reproduce(reproduce::Reproduce),
+    #[command(hide = true)]
+    DecodeVideo(decode_video::DecodeVideo),
 }
 
 impl Cli {
     /// Does what the command line asks for.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
+        if !matches!(self.command, Command::DecodeVideo(_)) {
+            decode_video::in_another_process();
+        }
         match &self.command {
             Command::Track(track) => track.run(),
             Command::Synth(synth) => synth.run(),
@@ -79,6 +85,7 @@ impl Cli {
             Command::Filter(filter) => filter.run(),
             Command::Meltpool(meltpool) => meltpool.run(),
             Command::Reproduce(reproduce) => reproduce.run(),
+            Command::DecodeVideo(decode) => decode.run(),
         }
     }
 }

@@ -105,7 +105,7 @@ pub struct Track {
     /// is inside, and where it is not
     #[arg(long, value_name = "MM", value_parser = parse_length)]
     tolerance: Option<f64>,
-    /// Frames that the smoother may look ahead, as in a live run; the whole recording when it is not given
+    /// Frames that the smoother may look ahead, as in a live run, at most 1000; the whole recording when it is not given
     #[arg(long, value_name = "FRAMES")]
     fixed_lag: Option<usize>,
     /// Also write trace.csv: what was measured in each frame and why it was accepted or refused

@@ -64,6 +64,10 @@ pub fn bryson_frazier<const N: usize, const M: usize>(trajectory: &Trajectory<N,
     smoothed
 }
 
+/// Longest lag that the program takes \[frames\]: each frame costs as many steps as the lag has. Chosen: dozens of frames tell
+/// all that later ones can.
+pub const LONGEST_LAG: usize = 1000;
+
 /// The states, the start first, each given the measurements up to `lag` frames after it.
 #[must_use]
 pub fn fixed_lag<const N: usize, const M: usize>(trajectory: &Trajectory<N, M>, lag: usize) -> Vec<Gaussian<N>> {

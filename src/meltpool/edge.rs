@@ -29,7 +29,7 @@ pub(super) fn reach_px(area_px2: f64) -> usize {
 
 /// The edge nearest to `middle` on the ray along the unit vector `outwards`; none when the ray leaves the picture or
 /// the light does not fall along it.
-pub(super) fn edge(picture: &Turned, middle: [f64; 2], outwards: [f64; 2], reach_px: usize) -> Option<Edge> {
+pub(super) fn edge(picture: &Turned<'_>, middle: [f64; 2], outwards: [f64; 2], reach_px: usize) -> Option<Edge> {
     let count = 2 * reach_px + 1;
     let mut ray = [0.0_f32; MOST_SAMPLES];
     for (i, light) in ray[..count].iter_mut().enumerate() {
@@ -60,12 +60,14 @@ mod tests {
     use crate::units::Travel;
 
     /// A step at column `place`, blurred, on a slope of light.
-    fn step(place: f64, slope: f64) -> Turned {
+    fn step(place: f64, slope: f64) -> IntensityFrame {
         let light = |u: f64| 0.2 + slope * u + 0.5 / (1.0 + ((u - place) / 0.8).exp());
         let pixels = (0..5 * 40).map(|i| light(f64::from(i % 40)) as f32).collect();
-        let mut turned = Turned::default();
-        turned.set(&IntensityFrame::new(40, 5, pixels).unwrap(), Travel::Up);
-        turned
+        IntensityFrame::new(40, 5, pixels).unwrap()
+    }
+
+    fn edge_in(frame: &IntensityFrame, middle: [f64; 2], outwards: [f64; 2], reach_px: usize) -> Option<Edge> {
+        edge(&Turned::new(frame, Travel::Up, &mut vec![]), middle, outwards, reach_px)
     }
 
     #[test]
@@ -74,7 +76,7 @@ mod tests {
             let place = 20.0 + 0.1 * f64::from(tenth);
             // A straight line between samples of this step, a pixel apart, errs by up to 0.026 px.
             for slope in [0.0, 0.01] {
-                let found = edge(&step(place, slope), [20.0, 2.0], [1.0, 0.0], 5).unwrap();
+                let found = edge_in(&step(place, slope), [20.0, 2.0], [1.0, 0.0], 5).unwrap();
                 assert!((20.0 + found.offset_px - place).abs() < 1.0 / 30.0 + 4.0 * slope, "{place} {slope} {found:?}");
             }
         }
@@ -82,7 +84,7 @@ mod tests {
 
     #[test]
     fn light_that_rises_outwards_or_a_ray_that_leaves_the_picture_gives_no_edge() {
-        assert_eq!(edge(&step(20.0, 0.0), [20.0, 2.0], [-1.0, 0.0], 5), None);
-        assert_eq!(edge(&step(20.0, 0.0), [37.0, 2.0], [1.0, 0.0], 5), None);
+        assert_eq!(edge_in(&step(20.0, 0.0), [20.0, 2.0], [-1.0, 0.0], 5), None);
+        assert_eq!(edge_in(&step(20.0, 0.0), [37.0, 2.0], [1.0, 0.0], 5), None);
     }
 }

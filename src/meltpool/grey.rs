@@ -28,7 +28,7 @@ pub(super) struct Stretched {
 
 impl Stretched {
     /// Stretches a picture; the buffers are reused.
-    pub(super) fn set(&mut self, picture: &Turned) {
+    pub(super) fn set(&mut self, picture: &Turned<'_>) {
         let step = picture.light.len().div_ceil(RANKED_PIXELS);
         self.ranked.clear();
         self.ranked.extend(picture.light.windows(2).step_by(step).map(|pair| (pair[0] - pair[1]).abs()));

@@ -27,7 +27,7 @@ pub struct Meter {
     travel: Travel,
     threshold: Threshold,
     size_px: (usize, usize),
-    picture: Turned,
+    turned: Vec<f32>,
     stretched: Stretched,
     segmenter: Segmenter,
     pool: Pool,
@@ -44,7 +44,7 @@ impl Meter {
             travel,
             threshold,
             size_px: (0, 0),
-            picture: Turned::default(),
+            turned: vec![],
             stretched: Stretched::default(),
             segmenter: Segmenter::new(),
             pool: Pool::default(),
@@ -59,33 +59,39 @@ impl Meter {
     /// When OpenCV refuses the frame, for example for want of memory.
     pub fn measure(&mut self, frame: &IntensityFrame) -> Result<Result<Measured, Refusal>, SegmentationError> {
         self.size_px = (frame.width_px(), frame.height_px());
-        self.picture.set(frame, self.travel);
-        self.stretched.set(&self.picture);
+        let mut buffer = std::mem::take(&mut self.turned);
+        let measured = self.measure_turned(&Turned::new(frame, self.travel, &mut buffer));
+        self.turned = buffer;
+        measured
+    }
+
+    fn measure_turned(&mut self, picture: &Turned<'_>) -> Result<Result<Measured, Refusal>, SegmentationError> {
+        self.stretched.set(picture);
         self.pool.outline.clear();
-        if let Err(refusal) = self.pool.find(&self.picture, &self.stretched, &mut self.segmenter, self.threshold)? {
+        if let Err(refusal) = self.pool.find(picture, &self.stretched, &mut self.segmenter, self.threshold)? {
             return Ok(Err(refusal));
         }
         Ok(match self.measure {
-            Measure::Tip => self.find_tip()?.map(|tip| {
+            Measure::Tip => self.find_tip(picture)?.map(|tip| {
                 let corner = self.in_image(tip.corner);
                 Measured { value_px: tip.corner[0], ends: [corner, corner] }
             }),
             Measure::Width => self
                 .width
-                .measure(&self.picture, &self.pool)
+                .measure(picture, &self.pool)
                 .map(|width| Measured { value_px: width.width_px, ends: width.ends.map(|end| self.in_image(end)) }),
         })
     }
 
     /// The tip; without a corner on the first outline, that of another one.
-    fn find_tip(&mut self) -> Result<Result<Tip, Refusal>, SegmentationError> {
-        let first = self.tip.measure(&self.picture, &self.pool);
+    fn find_tip(&mut self, picture: &Turned<'_>) -> Result<Result<Tip, Refusal>, SegmentationError> {
+        let first = self.tip.measure(picture, &self.pool);
         if first != Err(Refusal::NoCorner) || self.threshold != Threshold::Otsu {
             return Ok(first);
         }
         for other in [Other::Narrower, Other::Wider] {
-            let found = self.pool.find_other(&self.picture, &self.stretched, &mut self.segmenter, other)?;
-            if let Ok(tip) = found.and_then(|()| self.tip.measure(&self.picture, &self.pool)) {
+            let found = self.pool.find_other(picture, &self.stretched, &mut self.segmenter, other)?;
+            if let Ok(tip) = found.and_then(|()| self.tip.measure(picture, &self.pool)) {
                 return Ok(Ok(tip));
             }
         }

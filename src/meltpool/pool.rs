@@ -70,7 +70,7 @@ impl Pool {
     /// Finds the pool of a picture.
     pub(super) fn find(
         &mut self,
-        picture: &Turned,
+        picture: &Turned<'_>,
         stretched: &Stretched,
         segmenter: &mut Segmenter,
         threshold: Threshold,
@@ -109,7 +109,7 @@ impl Pool {
     /// Takes the outline that Otsu finds among the pixels below or above the first level, if it is sharp.
     pub(super) fn find_other(
         &mut self,
-        picture: &Turned,
+        picture: &Turned<'_>,
         stretched: &Stretched,
         segmenter: &mut Segmenter,
         other: Other,
@@ -127,7 +127,7 @@ impl Pool {
     /// Takes the outline at a level; gives its sharpness, in units of the contrast of the greys of a range below and above.
     fn outline_at(
         &mut self,
-        picture: &Turned,
+        picture: &Turned<'_>,
         stretched: &Stretched,
         segmenter: &mut Segmenter,
         greys: std::ops::RangeInclusive<u8>,
@@ -162,7 +162,7 @@ impl Pool {
     }
 
     /// The sides of the picture that the pool reaches, of the turned picture.
-    pub(super) fn touches(&self, picture: &Turned, border: Border) -> bool {
+    pub(super) fn touches(&self, picture: &Turned<'_>, border: Border) -> bool {
         let (right, bottom) = ((picture.width - 1) as f64, (picture.height - 1) as f64);
         self.outline.iter().any(|&point| match border {
             Border::Side => point[0] == 0.0 || point[0] == right,
@@ -172,7 +172,7 @@ impl Pool {
     }
 
     /// The median fall of the light across the outline inside the picture; 0 where it does not fall.
-    fn fall(&mut self, picture: &Turned) -> f32 {
+    fn fall(&mut self, picture: &Turned<'_>) -> f32 {
         let (right, bottom) = ((picture.width - 1) as f64, (picture.height - 1) as f64);
         let step = (self.outline.len() / SHARPNESS_PLACES).max(1);
         let arm = self.reach_px.min(self.outline.len() / 4).max(1);

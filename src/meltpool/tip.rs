@@ -76,7 +76,7 @@ pub(super) struct TipMeter {
 
 impl TipMeter {
     /// The tip of a pool.
-    pub(super) fn measure(&mut self, picture: &Turned, pool: &Pool) -> Result<Tip, Refusal> {
+    pub(super) fn measure(&mut self, picture: &Turned<'_>, pool: &Pool) -> Result<Tip, Refusal> {
         let diameter = 2.0 * (pool.area_px2 / std::f64::consts::PI).sqrt();
         let arm = ((ARM_PART * diameter).clamp(ARM_PX.0, ARM_PX.1)).round() as usize;
         if pool.touches(picture, Border::Front) {
@@ -92,7 +92,7 @@ impl TipMeter {
     }
 
     /// The outline's point at the foremost sharp corner.
-    fn apex(&mut self, picture: &Turned, pool: &Pool, arm: usize) -> Result<usize, Refusal> {
+    fn apex(&mut self, picture: &Turned<'_>, pool: &Pool, arm: usize) -> Result<usize, Refusal> {
         let outline = &pool.outline;
         let count = outline.len();
         self.sums.clear();
@@ -139,7 +139,7 @@ impl TipMeter {
     }
 
     /// The edges along both flanks of the apex, from near to far.
-    fn find_flanks(&mut self, picture: &Turned, pool: &Pool, apex: usize, arm: usize) {
+    fn find_flanks(&mut self, picture: &Turned<'_>, pool: &Pool, apex: usize, arm: usize) {
         let count = pool.outline.len();
         let longest = ((FLANKS[FLANKS.len() - 1] * arm as f64) as usize).min(count / 3);
         let reach_px = pool.reach_px.min(FLANK_REACH_PX);

@@ -44,7 +44,7 @@ pub(super) struct WidthMeter {
 
 impl WidthMeter {
     /// The width of a pool.
-    pub(super) fn measure(&mut self, picture: &Turned, pool: &Pool) -> Result<PoolWidth, Refusal> {
+    pub(super) fn measure(&mut self, picture: &Turned<'_>, pool: &Pool) -> Result<PoolWidth, Refusal> {
         self.cut(pool, picture.height);
         let wide = self.wide_rows().ok_or(Refusal::NoPool)?;
         let right = (picture.width - 1) as f64;

@@ -8,7 +8,7 @@ use crate::source::SourceFrame;
 
 /// Most frames that wait. Chosen: enough to ride over a slow one.
 const FRAMES_AHEAD: usize = 8;
-/// Most bytes that wait; one frame may always. Chosen: eight frames of 12 megapixels.
+/// Most bytes that wait or are used; one frame may always. Chosen: eight frames of 12 megapixels.
 const BYTES_AHEAD: usize = 100_000_000;
 
 /// Hands each frame that `next` gives, and how long that took, to `take`, in order. The next ones are decoded meanwhile;
@@ -40,8 +40,9 @@ pub fn decode_ahead<P: Send, E>(
         });
         let mut done = Ok(());
         for (frame, took) in receive {
-            waiting.leave(size(&frame));
+            let bytes = size(&frame);
             done = take(frame, took);
+            waiting.leave(bytes);
             if done.is_err() {
                 break;
             }
@@ -51,7 +52,7 @@ pub fn decode_ahead<P: Send, E>(
     })
 }
 
-/// The bytes that wait.
+/// The bytes that wait or are used.
 #[derive(Debug, Default)]
 struct Waiting {
     state: Mutex<State>,
@@ -113,8 +114,8 @@ mod tests {
             || numbers.next().inspect(|_| _ = decoded.fetch_add(1, Ordering::SeqCst)).map(frame),
             |_| BYTES_AHEAD,
             |frame, _| {
-                // This one was taken out, and one more was decoded.
-                assert!(decoded.load(Ordering::SeqCst) <= taken.len() + 2);
+                // None is decoded while this one is used.
+                assert!(decoded.load(Ordering::SeqCst) <= taken.len() + 1);
                 taken.push(frame.picture.unwrap());
                 Ok(())
             },

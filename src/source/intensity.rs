@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::gray::{Decoded, DecodedSource, SixteenBitScale};
 use super::{FrameError, Kind, Period, SourceError, SourceFrame, folder, kind_of, npy, tiff_stack};
 #[cfg(feature = "video")]
-use super::{FrameSource, video};
+use super::{FrameSource, decoder};
 use crate::frame::IntensityFrame;
 
 /// How the values of a recording become intensities: black becomes 0, white 1, the same for every frame.
@@ -77,7 +77,7 @@ pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn 
         Kind::Tiff => Box::new(Pictures(tiff_stack::TiffStack::open(path, period)?)),
         Kind::Picture => Box::new(Pictures(folder::Folder::single(path, period))),
         #[cfg(feature = "video")]
-        Kind::Other => Box::new(Grey(video::Video::open(path, period)?)),
+        Kind::Other => Box::new(Grey(decoder::open(path, period)?)),
         #[cfg(not(feature = "video"))]
         Kind::Other => return Err(SourceError::UnknownKind(path.to_owned())),
     })
@@ -126,10 +126,10 @@ impl<S: DecodedSource> IntensitySource for Pictures<S> {
 
 /// A source that has 8 bits only.
 #[cfg(feature = "video")]
-struct Grey<S>(S);
+struct Grey(Box<dyn FrameSource>);
 
 #[cfg(feature = "video")]
-impl<S: FrameSource> IntensitySource for Grey<S> {
+impl IntensitySource for Grey {
     fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>> {
         let SourceFrame { file, time_s, picture } = self.0.next_frame()?;
         Some(SourceFrame { file, time_s, picture: picture.map(|frame| IntensityFrame::from(&frame)) })

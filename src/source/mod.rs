@@ -4,6 +4,8 @@
 //! recordings in their full depth.
 
 mod cut;
+#[cfg(feature = "video")]
+mod decoder;
 mod folder;
 mod gray;
 mod intensity;
@@ -18,6 +20,8 @@ mod video;
 use std::path::{Path, PathBuf};
 
 pub use cut::{Cut, FrameRange, NoFrameRange};
+#[cfg(feature = "video")]
+pub use decoder::{decode_videos_by, serve as serve_video};
 pub use gray::SixteenBitScale;
 pub use intensity::{IntensityScale, IntensitySource, open_intensity};
 
@@ -133,6 +137,14 @@ pub enum SourceError {
         /// What is wrong with it, and the remedy.
         problem: String,
     },
+    /// The decoder of a video hangs, crashes or cannot be started.
+    #[error("{}: {problem}", path.display())]
+    Decoder {
+        /// The file.
+        path: PathBuf,
+        /// What happened, and the remedy.
+        problem: String,
+    },
     /// The time stamps do not fit.
     #[error("{}: {problem}", path.display())]
     TimeStamps {
@@ -201,7 +213,7 @@ pub fn open(path: &Path, period: impl Into<Period>) -> Result<Box<dyn FrameSourc
         #[cfg(not(feature = "mcap"))]
         Kind::Mcap => return Err(SourceError::UnknownKind(path.to_owned())),
         #[cfg(feature = "video")]
-        Kind::NumPy | Kind::Other => Box::new(video::Video::open(path, period)?),
+        Kind::NumPy | Kind::Other => decoder::open(path, period)?,
         #[cfg(not(feature = "video"))]
         Kind::NumPy | Kind::Other => return Err(SourceError::UnknownKind(path.to_owned())),
     })

@@ -19,7 +19,7 @@ const COUNTED: [&str; 4] = ["mp4", "mov", "m4v", "avi"];
 const ESTIMATE_FRAMES: usize = 2;
 const ESTIMATE_SHARE: usize = 100;
 /// Most frames that are given as unreadable where a file ends early: a damaged header may promise any number.
-const MOST_MISSING: usize = 100_000;
+pub const MOST_MISSING: usize = 100_000;
 /// Frame rates that are believed \[1/s\]: from a frame in three hours to the fastest cameras.
 const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-4..=1e6;
 
@@ -59,6 +59,11 @@ impl Video {
             (period, _) => period.without_own_s(),
         };
         Ok(Self { name: file_name(path), capture, number: 0, count, promised, ended: false, period_s })
+    }
+
+    /// Frames that must come.
+    pub const fn promised(&self) -> usize {
+        self.promised
     }
 
     fn read(&mut self) -> opencv::Result<Option<Mat>> {

@@ -170,7 +170,7 @@ impl Session {
             self.previous = Some(frame.clone());
         }
         self.wait(estimate.memory.beats <= 0.0);
-        self.last = Estimate { repeated: is_repeated, ..estimate };
+        self.last = Estimate { repeated: is_repeated, ..self.within_picture(estimate) };
         Ok(self.last)
     }
 
@@ -181,9 +181,20 @@ impl Session {
     pub fn miss(&mut self, stamp_s: f64) -> Result<Estimate, TrackerError> {
         let tick = self.clock.tick(stamp_s);
         self.is_stale = true;
-        self.last = self.follow.miss(tick, Observation::Unreadable)?;
+        let estimate = self.follow.miss(tick, Observation::Unreadable)?;
+        self.last = self.within_picture(estimate);
         self.wait(false);
         Ok(self.last)
+    }
+
+    /// A seam that is predicted beside the picture is lost: the camera is being led away, and nothing tells when that ends.
+    fn within_picture(&self, estimate: Estimate) -> Estimate {
+        let (Status::Coasting, Some(seam), Some(picture)) = (estimate.status, estimate.seam, &self.previous) else {
+            return estimate;
+        };
+        let (width, height) = (picture.width_px() as f64, picture.height_px() as f64);
+        let is_inside = (0.0..width).contains(&seam.centre.u_px) && (0.0..height).contains(&seam.centre.v_px);
+        if is_inside { estimate } else { Estimate { status: Status::Lost, seam: None, ..estimate } }
     }
 
     fn look(&mut self, picture: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
@@ -269,6 +280,21 @@ mod tests {
         }
         let again = session.step(&scene.render(39), 14.0).unwrap();
         assert!(again.status != Status::Tracked && again.observation == Observation::Frozen, "{again:?}");
+    }
+
+    #[test]
+    fn a_seam_that_leaves_the_picture_is_lost_there_and_no_value_is_given_beside_the_picture() {
+        let (scene, mut session) = (scene("butt-clean", 120), session());
+        // The camera is led away by 6 px a frame: what it sees is cut out further and further to the right.
+        let seen = |i: usize| {
+            let (wide, left) = (scene.render(i), if i < 20 { 0 } else { 6 * (i - 20) }.min(240));
+            let pixels = (0..wide.height_px()).flat_map(|v| wide.row(v)[left..left + 400].to_vec()).collect();
+            GrayFrame::new(400, wide.height_px(), pixels).unwrap()
+        };
+        let estimates: Vec<Estimate> = (0..120).map(|i| session.step(&seen(i), 0.2 * i as f64).unwrap()).collect();
+        assert!(estimates[40].status == Status::Tracked);
+        let points = estimates.iter().filter_map(|estimate| estimate.seam).map(|seam| seam.centre.u_px);
+        assert!(points.clone().all(|u_px| (0.0..400.0).contains(&u_px)), "{points:?}");
     }
 
     #[test]

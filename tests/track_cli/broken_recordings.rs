@@ -9,7 +9,7 @@ use seamtrack::report::results::Status;
 use crate::program::{line_with, name, pictures, recording, rows, summary, track};
 
 /// A video of the demonstration's first frames at 25 frames a second, its list of frames before them as on the web.
-fn video(folder: &Path, frames: usize) -> PathBuf {
+pub fn video(folder: &Path, frames: usize) -> PathBuf {
     let film = folder.join("film.mp4");
     let drawn = track(&recording(folder, frames), &folder.join("drawn"))
         .args(["--period", "0.04", "--overlay"])

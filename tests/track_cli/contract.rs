@@ -187,3 +187,31 @@ fn equal_runs_give_equal_bytes_on_any_number_of_threads() {
         assert!(first == run("one", "1"), "{preset}: one thread");
     }
 }
+
+#[test]
+fn locale_time_zone_working_directory_and_threads_change_no_byte() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("recording");
+    let copied = recording(folder.path(), 20);
+    assert_eq!(copied, input);
+    let run = |name: &str, threads: &str, locale: &str, zone: &str, from: &Path| {
+        let output = folder.path().join(name);
+        let mut command = track(&input, &output);
+        command.args(["--trace", "--tum"]).current_dir(from).env("RAYON_NUM_THREADS", threads);
+        command.env("LC_ALL", locale).env("LANG", locale).env("TZ", zone).assert().success();
+        let mut summary = summary(&output);
+        summary.as_object_mut().unwrap().remove("timing");
+        let bytes = ["path.csv", "trace.csv", "filtered.tum"].map(|file| fs::read(output.join(file)).unwrap());
+        (bytes, summary)
+    };
+    let first = run("first", "1", "C", "UTC", folder.path());
+    let others = [
+        ("two", "2", "C", "UTC", folder.path()),
+        ("german", "1", "de_DE.UTF-8", "Europe/Berlin", folder.path()),
+        ("turkish", "2", "tr_TR.UTF-8", "Asia/Istanbul", Path::new("/")),
+        ("far", "1", "ja_JP.UTF-8", "Pacific/Kiritimati", &input),
+    ];
+    for (name, threads, locale, zone, from) in others {
+        assert!(first == run(name, threads, locale, zone, from), "{name}");
+    }
+}

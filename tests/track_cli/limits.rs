@@ -68,9 +68,9 @@ fn options_at_their_extremes_are_taken_or_refused_and_never_panic() {
         let stderr = String::from_utf8_lossy(&run.stderr);
         assert!(matches!(run.status.code(), Some(0..=3)) && !stderr.contains("panicked"), "{case:?}: {stderr}");
         assert!(!stderr.contains("tip:"), "{case:?}: {stderr}");
+        assert!(n > 0 || (run.status.code() == Some(1) && stderr.contains("at most 1000 frames")), "{stderr}");
     }
-    let whole = track(&input, &folder.path().join("whole")).output().unwrap();
-    assert!(whole.status.success() && rows(&folder.path().join("whole")).len() == rows(&folder.path().join("0")).len());
+    assert_eq!(rows(&folder.path().join("1")).len(), 8);
 }
 
 #[test]

@@ -16,4 +16,5 @@ mod outputs;
 mod program;
 mod tolerance;
 mod users_files;
+mod videos;
 mod whole_or_absent;

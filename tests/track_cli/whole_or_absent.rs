@@ -164,3 +164,52 @@ fn the_working_directory_itself_may_take_results_and_keeps_being_the_working_dir
     fs::write(here.join("mine.txt"), "mine").unwrap();
     run(&["--force"]).code(1).stderr(contains("mine.txt"));
 }
+
+#[test]
+fn of_two_runs_into_one_folder_at_once_one_is_there_whole_and_the_other_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let (short, output) = (recording(folder.path(), 12), folder.path().join("out"));
+    for pair in 0..4 {
+        let more: &[&str] = if pair % 2 == 0 { &[] } else { &["--force"] };
+        let inputs = [(&short, 12), (&demo(), 58)];
+        let runs = inputs.map(|(input, frames)| (started(input, &output, more), frames));
+        let ended = runs.map(|(run, frames)| (run.wait_with_output().unwrap(), frames));
+        let done: Vec<usize> = ended.iter().filter(|(ended, _)| ended.status.success()).map(|(_, n)| *n).collect();
+        assert!(!done.is_empty(), "one of them is done");
+        let there = rows(&output).len();
+        assert!(done.contains(&there), "{there} rows are there, done were {done:?}");
+        assert_eq!(summary(&output)["frames"]["total"].as_u64(), Some(there as u64));
+        for (ended, _) in ended.iter().filter(|(ended, _)| !ended.status.success()) {
+            let said = String::from_utf8_lossy(&ended.stderr);
+            assert!(said.lines().count() == 1 && said.contains("out"), "{said}");
+        }
+        // Every other pair finds older results.
+        if pair % 2 == 1 {
+            fs::remove_dir_all(&output).unwrap();
+        }
+    }
+}
+
+#[test]
+fn an_output_that_is_deleted_under_a_run_is_an_error_of_one_line_or_made_anew() {
+    let folder = tempfile::tempdir().unwrap();
+    let (short, output) = (recording(folder.path(), 6), folder.path().join("out"));
+    let unfinished = folder.path().join(".out.seamtrack-part");
+    tracked(&short, &output);
+    let before = tree(&output);
+    let run = started(&demo(), &output, &["--force"]);
+    wait_for(&unfinished);
+    let _ = fs::remove_dir_all(&unfinished);
+    let ended = run.wait_with_output().unwrap();
+    let said = String::from_utf8_lossy(&ended.stderr);
+    assert!(ended.status.code() == Some(1) && said.lines().count() == 1 && said.contains("out"), "{said}");
+    assert!(tree(&output) == before, "the old results stay");
+
+    let run = started(&demo(), &output, &["--force"]);
+    wait_for(&unfinished);
+    fs::remove_dir_all(&output).unwrap();
+    let ended = run.wait_with_output().unwrap();
+    let is_there = output.exists();
+    assert_eq!(ended.status.success(), is_there, "{}", String::from_utf8_lossy(&ended.stderr));
+    assert!(!is_there || rows(&output).len() == 58);
+}
