@@ -4,13 +4,12 @@ use std::collections::BTreeMap;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use seamtrack::calib::Origin;
 use seamtrack::config::Config;
 use seamtrack::report::results::Status;
-use seamtrack::run;
+use seamtrack::units::MmPerPx;
 
 use crate::pictures::{KINDS, Made};
-use crate::replay::{Replay, Shot};
+use crate::replay::{Shot, replay};
 
 /// Frames of a recording, and recordings of each kind.
 const FRAMES: usize = 60;
@@ -83,7 +82,7 @@ pub fn shots(made: Made, seed: u64) -> Result<Vec<Shot>> {
 
 /// What is claimed of it.
 pub fn run(made: Made, seed: u64) -> Result<Shown> {
-    let outcome = run::track(Box::new(Replay::new(shots(made, seed)?)), &Config::default(), Origin::Centre, |_| {})?;
+    let outcome = replay(shots(made, seed)?, &Config { mm_per_px: Some(MmPerPx::DU_2022), ..Config::default() })?;
     let rows = outcome.rows;
     let with = |status| rows.iter().filter(|row| row.status == status && row.u_px.is_some()).count();
     let is_sure = |std_mm: Option<f64>| std_mm.is_some_and(|std_mm| std_mm < SURE_MM);

@@ -2,11 +2,15 @@
 
 use std::fmt::Write as _;
 use std::path::Path;
+use std::sync::Arc;
 
 use anyhow::{Context, Result};
 use image::GrayImage;
+use seamtrack::calib::{KnownSensor, Origin};
+use seamtrack::config::Config;
 use seamtrack::frame::GrayFrame;
-use seamtrack::source::{FrameError, FrameSource, SourceFrame};
+use seamtrack::run::{self, RunOutcome};
+use seamtrack::source::{FrameError, FrameSource, SourceError, SourceFrame};
 
 /// A frame as the camera gives it.
 pub struct Shot {
@@ -35,29 +39,33 @@ pub fn write(shots: &[Shot], folder: &Path) -> Result<()> {
     Ok(std::fs::write(folder.join("timestamps.csv"), stamps)?)
 }
 
-/// The frames one after another.
-pub struct Replay {
-    shots: std::iter::Enumerate<std::vec::IntoIter<Shot>>,
-    count: usize,
+/// Runs the program on the frames, as it runs on a recording: it may look at them twice.
+pub fn replay(shots: Vec<Shot>, config: &Config) -> Result<RunOutcome> {
+    let known = config.mm_per_px.map_or_else(KnownSensor::unknown, |scale| KnownSensor::scale(scale, "the scene"));
+    let shots: Arc<[Shot]> = shots.into();
+    let reopen =
+        || -> Result<Box<dyn FrameSource>, SourceError> { Ok(Box::new(Replay { shots: Arc::clone(&shots), next: 0 })) };
+    Ok(run::track(reopen()?, &reopen, (config, &known), Origin::Centre, |_| {})?)
 }
 
-impl Replay {
-    /// A recording of these frames.
-    pub fn new(shots: Vec<Shot>) -> Self {
-        Self { count: shots.len(), shots: shots.into_iter().enumerate() }
-    }
+/// The frames one after another.
+struct Replay {
+    shots: Arc<[Shot]>,
+    next: usize,
 }
 
 impl FrameSource for Replay {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let (number, shot) = self.shots.next()?;
+        let number = self.next;
+        let shot = self.shots.get(number)?;
+        self.next += 1;
         let file = format!("{number:06}.png");
         let cut = || FrameError::Decode { file: file.clone(), source: "the file ends early".into() };
-        Some(SourceFrame { time_s: shot.time_s, picture: shot.picture.ok_or_else(cut), file })
+        Some(SourceFrame { time_s: shot.time_s, picture: shot.picture.clone().ok_or_else(cut), file })
     }
 
     fn frame_count(&self) -> Option<usize> {
-        Some(self.count)
+        Some(self.shots.len())
     }
 
     fn kind(&self) -> &'static str {

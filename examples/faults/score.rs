@@ -1,17 +1,15 @@
 //! One run of the program on a recording with a fault, and what it claimed.
 
 use anyhow::Result;
-use seamtrack::calib::Origin;
 use seamtrack::config::Config;
 use seamtrack::eval::WRONG_MM;
 use seamtrack::report::results::{PathRow, Status};
-use seamtrack::run;
 use seamtrack::units::PixelPoint;
 
 use crate::apply::{Struck, struck};
 use crate::kinds::Kind;
 use crate::recording::Recording;
-use crate::replay::{Replay, Shot};
+use crate::replay::{Shot, replay};
 
 /// Values that should not be there, and how far off the farthest is \[mm\].
 #[derive(Debug, Clone, Copy, Default)]
@@ -69,8 +67,8 @@ pub fn run(recording: &Recording, kind: Kind, repeat: u64) -> Result<Option<Run>
     let Some(struck) = drawn(recording, kind, repeat)? else { return Ok(None) };
     let Struck { shots, seams, first, hidden, returns } = struck;
     let scale = recording.scene.drawn_scenario().mm_per_px;
-    let config = Config { mm_per_px: scale, ..Config::default() };
-    let rows = run::track(Box::new(Replay::new(shots)), &config, Origin::Centre, |_| {})?.rows;
+    let config = Config { mm_per_px: Some(scale), ..Config::default() };
+    let rows = replay(shots, &config)?.rows;
 
     let axis = recording.scene.axis();
     let seams_px: Vec<Option<f64>> = seams.iter().map(|seam| seam.map(|seam| axis.along_px(seam))).collect();

@@ -16,7 +16,6 @@ const SMALLEST_VARIANCE: f64 = 1e-12;
 /// Process noise tried for a seam \[px²/frame⁴\], from straight to corners at every frame; chosen.
 const SEAM_ACCELERATION_PX2_FRAME4: [f64; 10] = [1e-9, 1e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3, 1e-2, 1e-1, 1.0];
 
-
 /// A series filtered from its first measurements on.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Filtered<const N: usize, const M: usize> {

@@ -67,7 +67,11 @@ mod tests {
         let frames: Vec<Frame<1>> = (1..40)
             .map(|t| {
                 let t = f64::from(t);
-                Frame { dt_s: 1.0, z: [(t % 7.0 != 0.0).then(|| 3.0 * (0.2 * t).sin() + 0.3 * (5.1 * t).cos())], R: None }
+                Frame {
+                    dt_s: 1.0,
+                    z: [(t % 7.0 != 0.0).then(|| 3.0 * (0.2 * t).sin() + 0.3 * (5.1 * t).cos())],
+                    R: None,
+                }
             })
             .collect();
         let run = Trajectory::filter(start, &frames, |seconds| model.state_space(seconds), None).unwrap();

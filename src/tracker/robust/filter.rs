@@ -7,7 +7,9 @@
 use nalgebra::{SMatrix, vector};
 
 use super::part::{Part, Parts};
-use crate::kalman::{Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, Link, StateSpace};
+use crate::kalman::{
+    Bending, ColouredMeasurement, Gaussian, Imm, InnovationNotPositive, InvalidParameter, Link, StateSpace,
+};
 
 /// Number of models, and the places of two of them.
 const MODELS: usize = 3;

@@ -280,8 +280,8 @@ impl Seeker {
         }
         let places: Vec<f64> = self.hairlines.iter().map(|(u_px, _)| *u_px).collect();
         let reliefs: Vec<f64> = self.hairlines.iter().rev().take(RELIEF_FRAMES).map(|(_, relief)| *relief).collect();
-        let has_relief = reliefs.len() >= LEAST_RELIEF_FRAMES
-            && reliefs.iter().sum::<f64>() >= LEAST_RELIEF * reliefs.len() as f64;
+        let has_relief =
+            reliefs.len() >= LEAST_RELIEF_FRAMES && reliefs.iter().sum::<f64>() >= LEAST_RELIEF * reliefs.len() as f64;
         estimate.presence == SeamPresence::Present
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
