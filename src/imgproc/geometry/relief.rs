@@ -15,6 +15,8 @@ pub enum GapShows {
     Relief,
     /// The stripe goes on through it on the plates' lines, only darker: a mark.
     Plate,
+    /// The stripe goes on through it as bright as beside it, a little off the plates' lines: something lies on the plate.
+    Bump,
     /// Nothing that would tell one from the other.
     Nothing,
 }
@@ -35,6 +37,15 @@ const LEAST_QUALITY: f64 = 0.5;
 /// It is the plate's within so many SDs of the stripe of its line, a bottom's beyond so many.
 const ON_LINE_SDS: f64 = 0.8;
 const OFF_LINE_SDS: f64 = 1.5;
+/// A column is as bright as the plates from this share of their amplitude; so many such columns side by side on the line, dark on
+/// both sides, are an island of plate between two marks, or a mark and a gap.
+const BRIGHT_SHARE: f64 = 0.5;
+const ISLAND_PX: usize = 4;
+/// What lies on the plate is at least this wide \[px\], lit in this share of its columns, and no higher than so many SDs of the
+/// stripe: the bottom of a gap is a plate's thickness away, and darker. Chosen.
+const LEAST_BUMP_PX: f64 = 8.0;
+const BUMP_SHARE: f64 = 0.7;
+const HIGHEST_BUMP_SDS: f64 = 6.0;
 /// Share of a gap's columns that decide.
 const DECISIVE_SHARE: f64 = 0.5;
 /// Mean distance of the columns next to an edge from their line that makes it bent, in SDs of the stripe. Chosen: three times
@@ -70,6 +81,17 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
     let share =
         |is: &dyn Fn(f64) -> bool| inside.iter().filter(seen).filter(|p| is(off_sds(p))).count() as f64 / columns;
+    let bright = |p: &&RidgePoint| seen(p) && p.amplitude > BRIGHT_SHARE * amplitude;
+    let on_plate: Vec<f64> =
+        inside.iter().filter(bright).filter(|p| off_sds(p) < ON_LINE_SDS).map(|p| p.u_px - fit.centre.u_px).collect();
+    if has_island(&on_plate, half_px - EDGE_PX) {
+        return GapShows::Plate;
+    }
+    let bump = |p: &&RidgePoint| (0.0..HIGHEST_BUMP_SDS).contains(&off_sds(p));
+    if edges.gap_px >= LEAST_BUMP_PX && inside.iter().filter(bright).filter(bump).count() as f64 >= BUMP_SHARE * columns
+    {
+        return GapShows::Bump;
+    }
     if share(&|sds| sds > OFF_LINE_SDS) >= DECISIVE_SHARE {
         GapShows::Relief
     } else if share(&|sds| sds < ON_LINE_SDS) >= DECISIVE_SHARE {
@@ -77,6 +99,18 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     } else {
         GapShows::Nothing
     }
+}
+
+/// Whether enough of `columns` lie side by side, none of them next to an edge `half_px` away.
+fn has_island(columns: &[f64], half_px: f64) -> bool {
+    let mut run = 0;
+    let mut last = f64::NEG_INFINITY;
+    let mut first = 0.0;
+    columns.iter().any(|&u| {
+        (run, first) = if u - last < 1.5 { (run + 1, first) } else { (1, u) };
+        last = u;
+        run >= ISLAND_PX && first > EDGE_PX + 1.0 - half_px && u < half_px - EDGE_PX - 1.0
+    })
 }
 
 /// The brightest ridge of each column from `from` to `to` of the centre \[px\], wherever it lies.

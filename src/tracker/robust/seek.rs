@@ -306,7 +306,7 @@ impl Candidate {
             return Some(Self { seed, has_relief: true });
         }
         match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
-            GapShows::Plate => None,
+            GapShows::Plate | GapShows::Bump => None,
             shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
         }
     }
