@@ -17,6 +17,8 @@ pub enum GapShows {
     Plate,
     /// The stripe goes on through it as bright as beside it, a little off the plates' lines: something lies on the plate.
     Bump,
+    /// The stripe goes down into it and comes up again: a groove between its shoulders.
+    Groove,
     /// Nothing that would tell one from the other.
     Nothing,
 }
@@ -46,6 +48,11 @@ const ISLAND_PX: usize = 4;
 const LEAST_BUMP_PX: f64 = 8.0;
 const BUMP_SHARE: f64 = 0.7;
 const HIGHEST_BUMP_SDS: f64 = 6.0;
+/// A groove is at least this wide \[px\] and, in the middle half, so deep in SDs of the stripe; its outer quarters are less deep than
+/// this share of that. The bottom of a gap is as deep at its edges, flanks are a third.
+const LEAST_GROOVE_PX: f64 = 16.0;
+const LEAST_GROOVE_SDS: f64 = 3.0;
+const FLANKS_SHARE: f64 = 0.6;
 /// Share of a gap's columns that decide.
 const DECISIVE_SHARE: f64 = 0.5;
 /// Mean distance of the columns next to an edge from their line that makes it bent, in SDs of the stripe. Chosen: three times
@@ -92,6 +99,18 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     {
         return GapShows::Bump;
     }
+    let outer = |p: &RidgePoint| (p.u_px - fit.centre.u_px).abs() > 0.5 * half_px;
+    let depth_sds = |is_outer: bool| {
+        let depths: Vec<f64> = inside.iter().filter(seen).filter(|p| outer(p) == is_outer).map(&off_sds).collect();
+        (depths.len() as f64 >= 0.5 * DECISIVE_SHARE * columns).then(|| median(depths))
+    };
+    if edges.gap_px >= LEAST_GROOVE_PX
+        && let Some((rim, bottom)) = depth_sds(true).zip(depth_sds(false))
+        && bottom > LEAST_GROOVE_SDS
+        && rim < FLANKS_SHARE * bottom
+    {
+        return GapShows::Groove;
+    }
     if share(&|sds| sds > OFF_LINE_SDS) >= DECISIVE_SHARE {
         GapShows::Relief
     } else if share(&|sds| sds < ON_LINE_SDS) >= DECISIVE_SHARE {
@@ -99,6 +118,11 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     } else {
         GapShows::Nothing
     }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Whether enough of `columns` lie side by side, none of them next to an edge `half_px` away.
@@ -169,6 +193,20 @@ mod tests {
     fn a_dark_mark_shows_the_plate() {
         // A brighter one has no edges to speak of: its fit leaves the place open.
         assert_eq!(shown(|_| STRIPE_ROW, |u| if in_gap(u) { 28.0 } else { 200.0 }), GapShows::Plate);
+    }
+
+    #[test]
+    fn a_groove_between_its_shoulders_is_no_gap() {
+        let row = |u: f64| if in_gap(u) { STRIPE_ROW + 3.0 * (7.0 - (u - 160.0).abs()) } else { STRIPE_ROW };
+        assert_eq!(shown(row, |u| if in_gap(u) { 60.0 } else { 200.0 }), GapShows::Relief, "too narrow to tell");
+    }
+
+    #[test]
+    fn what_lies_on_the_plate_is_a_bump_and_plate_between_two_marks_an_island() {
+        let row = |u: f64| if in_gap(u) { STRIPE_ROW - 8.0 } else { STRIPE_ROW };
+        assert_eq!(shown(row, |_| 200.0), GapShows::Bump);
+        let island = |u: f64| if in_gap(u) && (u - 160.0).abs() > 2.6 { 0.0 } else { 200.0 };
+        assert_eq!(shown(|_| STRIPE_ROW, island), GapShows::Plate);
     }
 
     #[test]

@@ -16,6 +16,9 @@ const NOTCH_ARM_PX: std::ops::Range<usize> = 12..28;
 const LEAST_NOTCH_PX: f32 = 2.0;
 /// The kinds that have edges.
 const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
+/// Places that are kept of each sort, and how far joints at two places are apart at least \[px\].
+const MOST_PLACES: usize = 3;
+const LEAST_APART_PX: f64 = 6.0;
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
 const MOST_CORNERS: usize = 4;
@@ -38,6 +41,8 @@ const BRIDGE_REACH_PX: f64 = 3.0;
 const LEAST_JUMP_PX: f32 = 3.5;
 /// Shortest leg of a corner that nobody asked for \[px\]: shorter ones do not tell a bend from a curve. Chosen.
 const LEAST_LEG_PX: f64 = 40.0;
+/// Share of the columns of a fit's window in which both legs must be seen. Chosen: a flank of 40 px has half.
+const LEAST_LEG_SUPPORT: f64 = 0.55;
 /// How often the legs of a corner are fitted anew, as curved as they then are. Chosen: their curvature is known to a tenth.
 const CURVING_FITS: usize = 3;
 /// How far the refined centre may lie from the seed \[px\].
@@ -61,15 +66,15 @@ pub struct Seed {
     pub certain: bool,
 }
 
-/// The best joint with a corner and the best one with edges, of `kind` or of any kind, in the frame whose centreline is
-/// `line`. A corner comes first: what passes for one without being asked for is one.
+/// The joints with a corner and those with edges, of `kind` or of any kind, in the frame whose centreline is `line`, each place
+/// once, the best of each sort first. Corners come first: what passes for one without being asked for is one.
 pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Vec<Seed> {
     let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
     let mut seeds = vec![];
     if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
         let found = corners(line).into_iter().filter_map(|place| corner(frame, place, kind));
         // A groove's root bends as much as both its shoulders together.
-        seeds.extend(found.max_by(|a, b| classify::bend(a).abs().total_cmp(&classify::bend(b).abs())));
+        seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
     }
     // The median of three keeps joints that are only a few columns wide.
     let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
@@ -80,7 +85,7 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         let wide = strong().filter(|_| tried == JointKind::Butt).filter_map(wide_gap);
         let open = kind.is_none();
         let found = places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open));
-        seeds.extend(best(found.filter(|seed| !is_bridged(line, seed))));
+        seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed)).collect(), score));
     }
     seeds
 }
@@ -100,9 +105,31 @@ pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Opti
 }
 
 fn best(seeds: impl Iterator<Item = Seed>) -> Option<Seed> {
-    let score =
-        |seed: &Seed| seed.fit.support - seed.fit.residual_px / 4.0 - seed.fit.edges.map_or(0.0, |edges| edges.cost);
     seeds.max_by(|a, b| score(a).total_cmp(&score(b)))
+}
+
+/// How good a joint with edges is.
+fn score(seed: &Seed) -> f64 {
+    seed.fit.support - seed.fit.residual_px / 4.0 - seed.fit.edges.map_or(0.0, |edges| edges.cost)
+}
+
+/// The best seed of each place, the best place first. A place is as wide as the joint there, and what overlaps is one.
+fn places_of(mut seeds: Vec<Seed>, worth: impl Fn(&Seed) -> f64) -> Vec<Seed> {
+    seeds.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
+    let mut places: Vec<Seed> = vec![];
+    for seed in seeds {
+        let apart_px = |other: &Seed| (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
+        if places.len() < MOST_PLACES && places.iter().all(|other| apart_px(other) > half_px(&seed) + half_px(other)) {
+            places.push(seed);
+        }
+    }
+    places
+}
+
+/// From a joint's centre to its end, a little over \[px\].
+fn half_px(seed: &Seed) -> f64 {
+    let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    seed.model.half_width_px.unwrap_or(0.5 * gap_px) + LEAST_APART_PX
 }
 
 /// The middle and the width of a wide gap between level plates; its bottom may show.
@@ -131,7 +158,9 @@ fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: Joint
         seed.model.kind = classify::kind_with_edges(&seed);
     }
     let is_narrow = seed.fit.edges.is_some_and(|edges| edges.gap_px < LEAST_GAP_PX);
-    (!is_narrow || seed.model.kind != JointKind::Butt).then_some(seed)
+    // One side is a groove's flank.
+    let is_bent = open && classify::is_corner(&seed);
+    (!is_bent && (!is_narrow || seed.model.kind != JointKind::Butt)).then_some(seed)
 }
 
 /// A joint with a corner at `place`; without a kind asked for, only beyond doubt, and a V-groove where the flanks end in
@@ -144,7 +173,8 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
     groove.or_else(|| {
         let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
         let fillet = refine(frame, place, None, JointKind::Fillet).filter(classify::is_corner);
-        fillet.filter(|seed| is_inside(seed.fit.centre.u_px))
+        // A shoulder has a plate on one side and but a flank on the other.
+        fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && seed.fit.support > LEAST_LEG_SUPPORT)
     })
 }
 

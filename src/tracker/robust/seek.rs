@@ -21,6 +21,9 @@ const MOVING_SEEDS: usize = 5;
 /// The same for what has no relief, since a dark place passes with the plate, and for a joint beside one that is known.
 const FLAT_SEEDS: usize = 7;
 const RECENT_FRAMES: usize = 8;
+/// A better joint elsewhere is waited for when it has shown in so many of the last frames, so far away \[px\].
+const RIVAL_SEEDS: usize = 3;
+const RIVAL_PX: f64 = 12.0;
 /// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
@@ -218,7 +221,18 @@ impl Seeker {
             let recent = self.recent.iter().rev().take(RECENT_FRAMES);
             sure && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        candidates.into_iter().find(certain)
+        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
+        // Of equals the first, as they come.
+        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
+        certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
+    }
+
+    /// Whether another place of the last frames, of more rank, may be the joint: it has not been seen often enough yet.
+    fn has_better(&self, candidate: &Candidate) -> bool {
+        let recent = || self.recent.iter().rev().take(RECENT_FRAMES).flatten();
+        let away_px = |other: &Candidate| (candidate.seed.fit.centre.u_px - other.seed.fit.centre.u_px).abs();
+        let better = recent().filter(|other| other.rank() > candidate.rank() && away_px(other) > RIVAL_PX);
+        better.map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX)).any(|frames| frames >= RIVAL_SEEDS)
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
@@ -300,13 +314,22 @@ struct Candidate {
 }
 
 impl Candidate {
+    /// What it is worth before time has told: a groove with both its shoulders, a joint with relief, a dark place.
+    const fn rank(&self) -> u8 {
+        match (self.seed.certain, self.has_relief) {
+            (true, _) => 2,
+            (false, true) => 1,
+            (false, false) => 0,
+        }
+    }
+
     /// None when what should be a gap is a mark on the plate; what the user asked for is not doubted.
     fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
         if seed.model.kind != JointKind::Butt || seed.certain || asked == Some(JointKind::Butt) {
             return Some(Self { seed, has_relief: true });
         }
         match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
-            GapShows::Plate | GapShows::Bump => None,
+            GapShows::Plate | GapShows::Bump | GapShows::Groove => None,
             shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
         }
     }
