@@ -49,10 +49,11 @@ const LEAST_BUMP_PX: f64 = 8.0;
 const BUMP_SHARE: f64 = 0.7;
 const HIGHEST_BUMP_SDS: f64 = 6.0;
 /// A groove is at least this wide \[px\] and, in the middle half, so deep in SDs of the stripe; its outer quarters are less deep than
-/// this share of that. The bottom of a gap is as deep at its edges, flanks are a third.
+/// this share of that. The bottom of a gap is as deep at its edges; flanks have 1/3, and up to .7 where something lies on their
+/// shoulders.
 const LEAST_GROOVE_PX: f64 = 16.0;
 const LEAST_GROOVE_SDS: f64 = 3.0;
-const FLANKS_SHARE: f64 = 0.6;
+const FLANKS_SHARE: f64 = 0.75;
 /// Share of a gap's columns that decide.
 const DECISIVE_SHARE: f64 = 0.5;
 /// Mean distance of the columns next to an edge from their line that makes it bent, in SDs of the stripe. Chosen: three times
