@@ -18,6 +18,8 @@ const LEAST_NOTCH_PX: f32 = 2.0;
 const EDGED: [JointKind; 2] = [JointKind::Butt, JointKind::Lap];
 /// Places that are kept of each sort, and how far joints at two places are apart at least \[px\].
 const MOST_PLACES: usize = 3;
+/// Neighbours may share a shoulder: so much of both their half widths is between them at least.
+const APART_SHARE: f64 = 0.8;
 const LEAST_APART_PX: f64 = 6.0;
 /// Places of a frame that are looked at closely.
 const MOST_CANDIDATES: usize = 6;
@@ -119,7 +121,9 @@ fn places_of(mut seeds: Vec<Seed>, worth: impl Fn(&Seed) -> f64) -> Vec<Seed> {
     let mut places: Vec<Seed> = vec![];
     for seed in seeds {
         let apart_px = |other: &Seed| (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
-        if places.len() < MOST_PLACES && places.iter().all(|other| apart_px(other) > half_px(&seed) + half_px(other)) {
+        if places.len() < MOST_PLACES
+            && places.iter().all(|other| apart_px(other) > APART_SHARE * (half_px(&seed) + half_px(other)))
+        {
             places.push(seed);
         }
     }

@@ -40,10 +40,9 @@ const FRAMES_OF_A_MEAN: usize = 4;
 /// A hairline is sought on from where its place is this sure.
 const LEAST_PRESENCE: f64 = 0.9;
 /// A hairline bends the stripe or takes from its flanks, an edge of mill scale or a shadow does not: least relief, as a mean over
-/// so many frames. Measured, means of ten frames: 1.7 to 3.4 at edges of brightness, 4.0 to 7.3 at three real joints and
-/// six made-up ones when they were found.
+/// the remembered frames, at least so many. Measured, means of ten frames: 1.7 to 3.4 at edges of brightness, 4.0 to 7.3 at
+/// three real joints and six made-up ones when they were found.
 const LEAST_RELIEF: f64 = 3.7;
-const RELIEF_FRAMES: usize = 10;
 const LEAST_RELIEF_FRAMES: usize = 5;
 /// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
 const FASTEST_PX: f64 = 10.0;
@@ -178,7 +177,7 @@ impl Seeker {
         self.untouched &= !stripe_seen;
         if let Some(Candidate { seed, has_relief }) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
-            let doubt = (!has_relief).then_some(FLAT_DOUBT);
+            let doubt = if has_relief { self.has_twin(&seed).then_some(TWIN_DOUBT) } else { Some(FLAT_DOUBT) };
             return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed) };
         }
         let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
@@ -225,6 +224,15 @@ impl Seeker {
         // Of equals the first, as they come.
         certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
+    }
+
+    /// Whether another joint like `seed` shows at another place, and stays there.
+    fn has_twin(&self, seed: &Seed) -> bool {
+        let away_px = |other: &Seed| (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
+        let twins = self.candidates().filter(|other| are_alike(seed, other) && away_px(other) > RIVAL_PX);
+        twins
+            .map(|other| self.agreeing(other, 0.0, MOTION_PX))
+            .any(|frames| frames >= RIVAL_SEEDS.min(self.recent.len()))
     }
 
     /// Whether another place of the last frames, of more rank, may be the joint: it has not been seen often enough yet.
@@ -293,9 +301,8 @@ impl Seeker {
             self.hairlines.pop_front();
         }
         let places: Vec<f64> = self.hairlines.iter().map(|(u_px, _)| *u_px).collect();
-        let reliefs: Vec<f64> = self.hairlines.iter().rev().take(RELIEF_FRAMES).map(|(_, relief)| *relief).collect();
-        let has_relief =
-            reliefs.len() >= LEAST_RELIEF_FRAMES && reliefs.iter().sum::<f64>() >= LEAST_RELIEF * reliefs.len() as f64;
+        let relief = self.hairlines.iter().map(|(_, relief)| relief).sum::<f64>() / places.len() as f64;
+        let has_relief = places.len() >= LEAST_RELIEF_FRAMES && relief >= LEAST_RELIEF;
         estimate.presence == SeamPresence::Present
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
@@ -305,6 +312,10 @@ impl Seeker {
 
 /// What a gap without relief may be.
 const FLAT_DOUBT: &str = "the gap shows neither a bottom nor bent edges: it may be a mark on the plate (paint, slag) or a gap in the laser's line";
+
+/// What a joint among its like may be.
+const TWIN_DOUBT: &str =
+    "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
 
 /// A seed, and whether it is more than a place where the stripe is dark.
 #[derive(Debug, Clone)]
