@@ -17,4 +17,5 @@ mod program;
 mod tolerance;
 mod users_files;
 mod videos;
+mod where_to_look;
 mod whole_or_absent;
