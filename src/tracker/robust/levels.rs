@@ -52,7 +52,7 @@ impl Levels {
     /// The user knows where the seam is in the next frame.
     pub fn seed_at(&mut self, centre: PixelPoint) {
         for (raster, seeker) in &mut self.levels {
-            seeker.seed_at(raster.raster_from_picture(centre));
+            seeker.seed_at(raster.raster_from_picture(centre), raster.scale());
         }
     }
 

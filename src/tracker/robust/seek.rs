@@ -62,8 +62,10 @@ const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 const STRAIGHT_RATE: f64 = 0.25;
 /// For how many frames with a stripe a joint is sought at the place the user gave. Chosen: a hairline takes some twenty.
 pub const ASKED_FRAMES: usize = 40;
-/// How far from there it may be found \[px\]: as far as a fit searches and a hand errs, and per frame since, as the seam moves.
+/// How far from there it may be found \[px of the picture\]: as far as a fit searches and a hand errs, and for some frames as far
+/// as the seam moves. Chosen.
 const ASKED_PX: f64 = 16.0;
+const ASKED_MOVING_FRAMES: usize = 10;
 
 /// What a frame brought.
 pub enum Found {
@@ -150,9 +152,9 @@ impl Seeker {
         self.recent.back().into_iter().flatten().map(|candidate| &candidate.seed)
     }
 
-    /// The user knows where the seam is in the next frame.
-    pub fn seed_at(&mut self, centre: PixelPoint) {
-        self.asked = Some(Asked { centre, frames: 0, elsewhere: None });
+    /// The user knows where the seam is in the next frame, which has so many pixels a pixel of the picture.
+    pub fn seed_at(&mut self, centre: PixelPoint, raster_px_a_px: f64) {
+        self.asked = Some(Asked { centre, raster_px_a_px, frames: 0, elsewhere: None });
     }
 
     /// The place the user gave, if there was nothing there for [`ASKED_FRAMES`], with what showed elsewhere.
@@ -318,6 +320,7 @@ impl Seeker {
 /// Where the user says that the seam is.
 struct Asked {
     centre: PixelPoint,
+    raster_px_a_px: f64,
     /// Frames with a stripe that showed nothing there.
     frames: usize,
     /// A joint that is certain, and not there.
@@ -332,7 +335,7 @@ impl Asked {
     }
 
     fn is_near(&self, place: PixelPoint) -> bool {
-        let reach_px = ASKED_PX + MOTION_PX * self.frames as f64;
+        let reach_px = (ASKED_PX + MOTION_PX * self.frames.min(ASKED_MOVING_FRAMES) as f64) * self.raster_px_a_px;
         let (du, dv) = (place.u_px - self.centre.u_px, place.v_px - self.centre.v_px);
         du.abs() <= reach_px && dv.abs() <= reach_px
     }
@@ -467,12 +470,12 @@ mod tests {
         let scene = scene("A-butt", ASKED_FRAMES + 1);
         let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
         let mut told = seeker();
-        told.seed_at(there);
+        told.seed_at(there, 1.0);
         let (frame, found) = first_found(&mut told, &scene).unwrap();
         assert!(frame == 0 && (place_of(&found).u_px - there.u_px).abs() < 12.0);
 
         let mut misled = seeker();
-        misled.seed_at(PixelPoint::new(there.u_px - 170.0, there.v_px));
+        misled.seed_at(PixelPoint::new(there.u_px - 170.0, there.v_px), 1.0);
         assert!(first_found(&mut misled, &scene).is_none());
         let (kind, seen) = misled.asked_in_vain().unwrap().unwrap();
         assert!(kind == JointKind::Butt && (seen.u_px - there.u_px).abs() < 30.0, "{seen:?}");
@@ -483,7 +486,7 @@ mod tests {
         let scene = scene("A-butt", 12);
         let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
         let mut told = seeker();
-        told.seed_at(there);
+        told.seed_at(there, 1.0);
         for _ in 0..=ASKED_FRAMES {
             told.look(&GrayFrame::filled(320, 240, 10).unwrap());
         }
