@@ -1,12 +1,18 @@
 //! What a session remembers does not grow with the recording.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+use std::ops::Range;
+
 use seamtrack::config::Config;
 use seamtrack::synth::{Scene, builtin};
-use seamtrack::tracker::{Session, SessionSettings};
+use seamtrack::tracker::{Session, SessionSettings, Status};
+
+/// Bounds on the allocations of a step near the prediction, and of one that searches whole frames. Measured: 181 and 37952; a
+/// quarter more, as another compiler may count otherwise.
+const MOST_ALLOCATIONS: [u64; 2] = [230, 48_000];
 
 /// Bytes that `frames` more frames leave behind.
-fn growth(session: &mut Session, scene: &Scene, frames: std::ops::Range<usize>) -> i64 {
+fn growth(session: &mut Session, scene: &Scene, frames: Range<usize>) -> i64 {
     let mut bytes = 0;
     for i in frames {
         let frame = scene.render(i);
@@ -27,4 +33,33 @@ fn a_session_holds_no_more_after_240_frames_than_after_120() {
     growth(&mut session, &scene, 0..120);
     let later = growth(&mut session, &scene, 120..240);
     assert!(later < 64 * 1024, "120 frames left {later} bytes");
+}
+
+/// The most allocations of a step near the prediction, seen in this frame and in the one before, and of one that searches whole
+/// frames.
+fn most_allocations(session: &mut Session, scene: &Scene, frames: Range<usize>) -> [u64; 2] {
+    let (mut most, mut was_seen) = ([0; 2], false);
+    for i in frames {
+        let frame = scene.render(i);
+        let mut is_seen = false;
+        let used = allocation_counter::measure(|| {
+            is_seen = session.step(&frame, 0.2 * i as f64).unwrap().status == Status::Tracked;
+        });
+        let most = &mut most[usize::from(!(is_seen && was_seen))];
+        *most = used.count_total.max(*most);
+        was_seen = is_seen;
+    }
+    most
+}
+
+#[test]
+fn a_step_allocates_no_more_often_late_in_a_recording_than_early() {
+    let mut scenario = builtin::scenario("H-butt-covers").unwrap();
+    (scenario.frames, scenario.image.width_px, scenario.image.height_px) = (240, 400, 300);
+    let scene = Scene::new(&scenario, 1).unwrap();
+    let mut session = Session::new(&SessionSettings::new(Config::default().method().unwrap())).unwrap();
+    for frames in [0..120, 120..240] {
+        let most = most_allocations(&mut session, &scene, frames);
+        assert!(most.iter().zip(MOST_ALLOCATIONS).all(|(count, most)| *count <= most), "{most:?}");
+    }
 }

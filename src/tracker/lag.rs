@@ -76,3 +76,80 @@ impl Lag {
         path::estimate(along, (v_px, across_px2 + first.row_bias_px2), &first.view)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{SMatrix, SVector};
+
+    use super::*;
+    use crate::imgproc::Raster;
+    use crate::kalman::Gaussian;
+    use crate::tracker::view::Field;
+    use crate::units::{PixelPoint, StripeAxis};
+
+    fn state<const N: usize>(place_px: f64) -> Gaussian<N> {
+        let mut x = SVector::zeros();
+        x[0] = place_px;
+        Gaussian { x, P: SMatrix::identity() }
+    }
+
+    /// A seam that was measured at `along_px`, in a chain of its own.
+    fn links(along_px: f64) -> Links {
+        Links {
+            view: View::new(Field::whole(StripeAxis::Horizontal), Raster::PICTURE),
+            along: Link::first(state(along_px)),
+            across: Link::first(state(90.0)),
+            doubt_px2: 0.0,
+            row_bias_px2: 0.0,
+        }
+    }
+
+    /// The columns of the frames that are still waited for.
+    fn rest_px(lag: &Lag) -> Vec<Option<f64>> {
+        lag.rest().map(|seam| seam.map(|seam| seam.centre.u_px)).collect()
+    }
+
+    #[test]
+    fn a_frame_is_due_once_as_many_came_after_it_as_are_waited_for() {
+        let mut lag = Lag::new(2);
+        for place_px in [10.0, 11.0] {
+            lag.push(Some(links(place_px)));
+            assert!(lag.due().is_none());
+        }
+        for (place_px, due_px) in [(12.0, 10.0), (13.0, 11.0), (14.0, 12.0)] {
+            lag.push(Some(links(place_px)));
+            assert_eq!(lag.due().unwrap().unwrap().centre, PixelPoint::new(due_px, 90.0));
+        }
+        assert_eq!(rest_px(&lag), [Some(13.0), Some(14.0)]);
+    }
+
+    #[test]
+    fn where_nothing_was_followed_nothing_is_due_and_it_parts_the_chains() {
+        let mut lag = Lag::new(1);
+        lag.push(None);
+        lag.push(Some(links(20.0)));
+        assert_eq!(lag.due(), Some(None));
+        lag.push(None);
+        assert_eq!(lag.due().unwrap().unwrap().centre.u_px, 20.0);
+        assert_eq!(rest_px(&lag), [None]);
+    }
+
+    #[test]
+    fn a_repeated_picture_is_the_same_moment() {
+        let mut lag = Lag::new(1);
+        lag.push(Some(links(20.0)));
+        lag.push(Some(links(20.0).repeated()));
+        let due = lag.due().unwrap().unwrap();
+        assert_eq!(Some(Some(due.centre.u_px)), rest_px(&lag).first().copied());
+    }
+
+    #[test]
+    fn doubt_of_the_last_frame_widens_what_is_due() {
+        let std_px = |doubt_px2| {
+            let mut lag = Lag::new(0);
+            lag.push(Some(Links { doubt_px2, ..links(20.0) }));
+            lag.due().unwrap().unwrap().std_px
+        };
+        assert!((std_px(3.0).powi(2) - std_px(0.0).powi(2) - 3.0).abs() < 1e-9);
+    }
+}

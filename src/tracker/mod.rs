@@ -47,7 +47,7 @@ pub use session::{FROZEN_AFTER_BEATS, Session, SessionSettings};
 use crate::imgproc::{MedianError, SeamRoi};
 use crate::kalman::{InnovationNotPositive, InvalidParameter, SeriesError};
 use crate::kcf::KcfError;
-use crate::units::PixelRect;
+use crate::units::{PixelPoint, PixelRect};
 
 /// Which method follows the seam.
 #[derive(Debug, Clone, PartialEq)]
@@ -83,6 +83,18 @@ pub enum TrackerError {
         first: (usize, usize),
         /// Columns and rows of this one.
         now: (usize, usize),
+    },
+    /// The user said where the seam is, and there is none.
+    #[error("no joint near the seed {:.0}, {:.0} in {frames} frames with a stripe{}: correct the seed or leave it out",
+        seed.u_px, seed.v_px,
+        elsewhere.map_or_else(String::new, |(kind, at)| format!("; a {kind} joint shows at {:.0}, {:.0}", at.u_px, at.v_px)))]
+    NothingAtSeed {
+        /// The place, in the picture.
+        seed: PixelPoint,
+        /// Frames with a stripe that were looked at.
+        frames: usize,
+        /// A joint that showed at another place, and where.
+        elsewhere: Option<(&'static str, PixelPoint)>,
     },
     /// Nothing of the picture lies in the part that is to be looked at.
     #[error("the part to look at, {} x {} pixels from ({}, {}), lies outside the picture of {} x {} pixels",

@@ -14,6 +14,7 @@ mod mcap_logs;
 mod messages;
 mod outputs;
 mod program;
+mod seed_at;
 mod tolerance;
 mod users_files;
 mod videos;

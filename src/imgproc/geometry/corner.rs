@@ -121,3 +121,43 @@ fn plates(
     };
     [plate(priors[0], [model.left, fit.left]), plate(priors[1], [model.right, fit.right])]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn::{drawn, fitted};
+    use super::super::{JointKind, Refusal};
+
+    const KIND: JointKind = JointKind::Fillet;
+
+    /// Two legs that meet in column 100.3.
+    fn legs(slopes: [f64; 2]) -> impl Fn(f64) -> Option<f64> {
+        move |u| Some(80.0 + slopes[usize::from(u > 100.3)] * (u - 100.3))
+    }
+
+    #[test]
+    fn the_corner_is_where_the_legs_meet_also_when_it_is_sought_beside_it() {
+        let frame = drawn(legs([0.4, -0.3]));
+        for sought_at in [100.0, 95.0, 106.0] {
+            let fit = fitted(&frame, KIND, sought_at).unwrap();
+            assert!((fit.centre.u_px - 100.3).abs() < 0.2 && (fit.centre.v_px - 80.0).abs() < 0.1, "{:?}", fit.centre);
+            assert!((fit.left.slope - 0.4).abs() < 0.02 && (fit.right.slope + 0.3).abs() < 0.02);
+            assert!(fit.is_clear() && fit.mismatch_px().is_none());
+        }
+    }
+
+    #[test]
+    fn a_blunt_corner_is_less_sure_along_the_stripe_than_a_sharp_one() {
+        let along_px2 = |slopes| fitted(&drawn(legs(slopes)), KIND, 100.0).unwrap().along_variance_px2;
+        assert!(along_px2([0.12, -0.12]) > along_px2([0.5, -0.5]));
+    }
+
+    #[test]
+    fn legs_that_have_no_bend_any_more_are_no_corner() {
+        use super::super::learn;
+        use crate::units::PixelPoint;
+        let model = learn(&drawn(legs([0.2, -0.1])), PixelPoint::new(100.0, 80.0), KIND).unwrap().model;
+        let straight = drawn(|u| Some(80.0 + 0.05 * (u - 100.0)));
+        assert_eq!(model.fit(&straight, 100.0, 0.0, 12.0).unwrap_err(), Refusal::NoCorner);
+        assert_eq!(model.fit(&straight, 2.0, 0.0, 12.0).unwrap_err(), Refusal::Border);
+    }
+}

@@ -143,3 +143,47 @@ fn presence(
     let weight = points.iter().map(|p| if p.background > GLARE_GREY { GLARE_WEIGHT } else { 1.0 }).collect();
     Presence::new(lit, weight)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn::{drawn, fitted};
+    use super::super::{JointKind, Refusal, learn};
+    use crate::units::PixelPoint;
+
+    /// A stripe with a gap of `gap_px` round column 100.3, behind which it lies lower by `step_px`.
+    fn plates(gap_px: f64, step_px: f64) -> impl Fn(f64) -> Option<f64> {
+        move |u| {
+            let du = u - 100.3;
+            (du.abs() > 0.5 * gap_px).then_some(80.0 + if du > 0.0 { step_px } else { 0.0 })
+        }
+    }
+
+    #[test]
+    fn the_centre_is_the_middle_of_the_gap_and_the_gap_is_as_wide_as_it_is() {
+        for gap_px in [7.0, 12.0, 18.0] {
+            let fit = fitted(&drawn(plates(gap_px, 0.0)), JointKind::Butt, 102.0).unwrap();
+            assert!((fit.centre.u_px - 100.3).abs() < 0.6, "{gap_px}: {:?}", fit.centre);
+            assert!((fit.centre.v_px - 80.0).abs() < 0.1, "{gap_px}: {:?}", fit.centre);
+            assert!((fit.edges.unwrap().gap_px - gap_px).abs() < 1.5, "{gap_px}: {:?}", fit.edges);
+            assert_eq!(fit.refusal(), None);
+        }
+    }
+
+    #[test]
+    fn plates_at_two_heights_are_told_apart_and_their_mismatch_is_the_step() {
+        let fit = fitted(&drawn(plates(5.0, 14.0)), JointKind::Lap, 100.0).unwrap();
+        assert!((fit.mismatch_px().unwrap() - 14.0).abs() < 0.2, "{fit:?}");
+        assert!(fit.edges.unwrap().distinct && (fit.centre.v_px - 87.0).abs() < 0.1, "{fit:?}");
+    }
+
+    #[test]
+    fn a_covered_gap_is_refused_once_the_gap_is_known_and_one_at_the_border_too() {
+        let frame = drawn(plates(12.0, 0.0));
+        let mut model = learn(&frame, PixelPoint::new(100.0, 80.0), JointKind::Butt).unwrap().model;
+        model.learn(&model.fit(&frame, 100.0, 0.0, 12.0).unwrap());
+        let covered = drawn(|u| ((u - 100.0).abs() > 45.0).then_some(80.0));
+        let refused = model.fit(&covered, 100.0, 0.0, 12.0).map_or_else(Some, |fit| fit.refusal());
+        assert!(refused.is_some());
+        assert_eq!(model.fit(&covered, 20.0, 0.0, 12.0).unwrap_err(), Refusal::Border);
+    }
+}

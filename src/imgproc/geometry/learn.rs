@@ -126,3 +126,47 @@ pub fn is_plain(frame: &GrayFrame, place: PixelPoint, half_window_px: f64, strip
         && near.first().zip(near.last()).is_some_and(|(a, b)| b - a > 2.0 * PLAIN_REACH_PX - PLAIN_BREAK_PX);
     on_line.len() as f64 >= PLAIN_SHARE * count && unbroken
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::drawn::drawn;
+    use super::*;
+
+    const SEED: PixelPoint = PixelPoint { u_px: 100.0, v_px: 80.0 };
+
+    #[test]
+    fn a_groove_is_learned_with_its_flanks_shoulders_and_the_stripes_thickness() {
+        let frame = drawn(|u| Some(80.0 + (30.0 - 0.8 * (u - 103.0).abs()).max(0.0)));
+        let Learned { model, place } = learn(&frame, SEED, JointKind::VGroove).unwrap();
+        assert!((place.u_px - 103.0).abs() < 1.5 && (place.v_px - 110.0).abs() < 1.5, "{place:?}");
+        assert!((model.left.slope - 0.8).abs() < 0.05 && (model.right.slope + 0.8).abs() < 0.05, "{model:?}");
+        assert!((model.half_width_px.unwrap() - 37.5).abs() < 2.5, "{model:?}");
+        assert!(model.plates.unwrap().iter().all(|plate| (plate.v_px - 80.0).abs() < 1.0), "{model:?}");
+    }
+
+    #[test]
+    fn the_stripes_sd_is_measured() {
+        let frame = drawn(|_| Some(80.0));
+        let model = learn(&frame, SEED, JointKind::Butt).unwrap().model;
+        assert!((model.stripe_sd_px - super::super::drawn::STRIPE_SD_PX).abs() < 0.3, "{model:?}");
+    }
+
+    #[test]
+    fn nothing_is_learned_where_one_side_has_no_stripe_or_where_a_gap_has_a_bottom() {
+        let one_side = drawn(|u| (u < 95.0).then_some(80.0));
+        assert!(learn(&one_side, SEED, JointKind::Butt).is_none());
+        let bottom = drawn(|u| Some(if (u - 100.0).abs() < 10.0 { 100.0 } else { 80.0 + 0.2 * (u - 100.0).abs() }));
+        assert!(learn(&bottom, SEED, JointKind::Fillet).is_none());
+    }
+
+    #[test]
+    fn a_stripe_is_plain_until_it_breaks_steps_or_bends() {
+        let is_plain = |row: &dyn Fn(f64) -> Option<f64>| {
+            is_plain(&drawn(row), SEED, HALF_WINDOW_PX, super::super::drawn::STRIPE_SD_PX)
+        };
+        assert!(is_plain(&|u| Some(80.0 + 0.05 * (u - 100.0))));
+        assert!(!is_plain(&|u| ((u - 100.0).abs() > 4.0).then_some(80.0)), "a gap");
+        assert!(!is_plain(&|u| Some(if u < 100.0 { 80.0 } else { 92.0 })), "a step");
+        assert!(!is_plain(&|u| Some(80.0 + 0.3 * (u - 100.0).abs())), "a corner");
+    }
+}

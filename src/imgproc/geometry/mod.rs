@@ -5,6 +5,8 @@
 //! middle between the ends of the stripe on them (butt, lap).
 
 mod corner;
+#[cfg(test)]
+mod drawn;
 mod edge_pair;
 mod edges;
 mod groove;

@@ -52,8 +52,15 @@ impl Levels {
     /// The user knows where the seam is in the next frame.
     pub fn seed_at(&mut self, centre: PixelPoint) {
         for (raster, seeker) in &mut self.levels {
-            seeker.seed_at(raster.raster_from_picture(centre));
+            seeker.seed_at(raster.raster_from_picture(centre), raster.scale());
         }
+    }
+
+    /// Whether nothing was found at the place the user gave, as [`Seeker::asked_in_vain`] has it.
+    pub fn asked_in_vain(&self) -> Option<Option<(JointKind, PixelPoint)>> {
+        self.levels.first()?.1.asked_in_vain()?;
+        let seen = self.levels.iter().find_map(|(raster, seeker)| Some((raster, seeker.asked_in_vain()??)));
+        Some(seen.map(|(raster, (kind, centre))| (kind, raster.picture_from_raster(centre))))
     }
 
     /// A frame passes that cannot be looked at.
@@ -115,4 +122,51 @@ fn is_large(seed: &Seed) -> bool {
         JointKind::Fillet => false,
     };
     joint_is_large || seed.model.stripe_sd_px >= LEAST_STRIPE_SD_PX
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A level stripe of SD 2 px with a gap round column `middle_px`.
+    fn with_gap(middle_px: f64, gap_px: f64) -> GrayFrame {
+        let (width_px, height_px) = (1280, 960);
+        let mut frame = GrayFrame::filled(width_px, height_px, 12).unwrap();
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let (u, v) = ((i % width_px) as f64, (i / width_px) as f64);
+            if (u - middle_px).abs() > 0.5 * gap_px {
+                *pixel += (180.0 * (-0.5 * ((v - 480.0) / 2.0).powi(2)).exp()).round() as u8;
+            }
+        }
+        frame
+    }
+
+    /// The raster in which a gap that moves by 2 px a frame is found, and its middle in the picture's last column.
+    fn found(gap_px: f64) -> (Raster, f64) {
+        let settings = RobustSettings { joint: Some(JointKind::Butt), ..RobustSettings::default() };
+        let mut levels = Levels::new(&settings, false);
+        for frame in 0..10 {
+            let middle_px = 600.0 + 2.0 * f64::from(frame);
+            let (raster, found) = levels.look(&with_gap(middle_px, gap_px));
+            if let Found::Joint { seed, .. } = found {
+                return (raster, raster.picture_from_raster(seed.fit.centre).u_px - middle_px);
+            }
+        }
+        panic!("a gap of {gap_px} px was not found");
+    }
+
+    #[test]
+    fn a_gap_belongs_to_the_finest_raster_that_holds_it() {
+        let (raster, off_px) = found(12.0);
+        assert!(raster == Raster::PICTURE && off_px.abs() < 1.0, "{off_px}");
+        let (raster, off_px) = found(150.0);
+        assert!(raster != Raster::PICTURE && off_px.abs() < 4.0, "{off_px}");
+    }
+
+    #[test]
+    fn a_frame_too_small_for_the_coarse_rasters_is_looked_at_in_its_own() {
+        let mut levels = Levels::new(&RobustSettings::default(), false);
+        let (raster, found) = levels.look(&GrayFrame::filled(200, 130, 12).unwrap());
+        assert!(raster == Raster::PICTURE && matches!(found, Found::Nothing { stripe_seen: false, .. }));
+    }
 }

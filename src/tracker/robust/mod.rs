@@ -35,7 +35,7 @@ pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
 pub use self::part::{Part, Parts};
 use self::places::Places;
-use self::seek::Found;
+use self::seek::{ASKED_FRAMES, Found};
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
@@ -46,7 +46,7 @@ use super::view::{Field, View};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::JointKind;
-use crate::imgproc::{MedianKernel, median};
+use crate::imgproc::{MedianKernel, Raster, median};
 use crate::kcf::{Kcf, KcfSettings};
 use crate::units::PixelPoint;
 
@@ -130,6 +130,14 @@ impl RobustTracker {
     fn seek(&mut self, frame: &GrayFrame, field: Field, beats: f64) -> Result<Estimate, TrackerError> {
         let Phase::Seeking(places) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
         let (part, raster, found) = places.look(frame);
+        if let (Found::Nothing { .. }, Some((place, elsewhere))) = (&found, places.asked_in_vain()) {
+            let view = View::of_part(field, None, Raster::PICTURE);
+            return Err(TrackerError::NothingAtSeed {
+                seed: view.picture_from_view(place),
+                frames: ASKED_FRAMES,
+                elsewhere: elsewhere.map(|(kind, centre)| (kind.name(), view.picture_from_view(centre))),
+            });
+        }
         self.begin(frame, View::of_part(field, part, raster), found, beats)
     }
 

@@ -10,6 +10,7 @@ use super::RobustSettings;
 use super::levels::Levels;
 use super::seek::Found;
 use crate::frame::GrayFrame;
+use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{Raster, Stripe, stripes};
 use crate::units::{PixelPoint, PixelRect};
 
@@ -33,6 +34,7 @@ pub struct Places {
     parts: Vec<(PixelRect, Levels)>,
     recent: VecDeque<Vec<Stripe>>,
     frames: usize,
+    asked: Option<PixelPoint>,
 }
 
 impl Places {
@@ -44,12 +46,19 @@ impl Places {
             parts: vec![],
             recent: VecDeque::new(),
             frames: 0,
+            asked: None,
         }
     }
 
     /// The user knows where the seam is in the next frame.
     pub fn seed_at(&mut self, centre: PixelPoint) {
+        self.asked = Some(centre);
         self.whole.seed_at(centre);
+    }
+
+    /// The place the user gave where nothing was found in time, and what showed elsewhere.
+    pub fn asked_in_vain(&self) -> Option<(PixelPoint, Option<(JointKind, PixelPoint)>)> {
+        Some((self.asked?, self.whole.asked_in_vain()?))
     }
 
     /// A frame passes that cannot be looked at.
@@ -92,8 +101,16 @@ impl Places {
         }
         let parts = parts(&self.recent, frame);
         self.recent.clear();
-        let fresh = |part| (part, Levels::new(&self.settings, false));
-        self.parts = parts.into_iter().map(fresh).collect();
+        // A place that the user gave lies on one of them.
+        let parts = parts.into_iter().filter(|part| self.asked.is_none_or(|place| part.holds(place)));
+        let fresh = |part: PixelRect| {
+            let mut levels = Levels::new(&self.settings, false);
+            if let Some(place) = self.asked {
+                levels.seed_at(PixelPoint::new(place.u_px - part.u_px as f64, place.v_px - part.v_px as f64));
+            }
+            (part, levels)
+        };
+        self.parts = parts.map(fresh).collect();
     }
 }
 
@@ -160,3 +177,48 @@ impl Lasting {
 
 /// How far a stripe may move across the field over the frames that are compared \[px\]. Chosen: twice its own thickness.
 const ROOM_ACROSS_PX: usize = 8;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ROWS: [usize; 2] = [70, 150];
+
+    /// Stripes from column 40 to 280, one in each of `rows`.
+    fn shown(rows: &[usize]) -> Vec<Stripe> {
+        let mut frame = GrayFrame::filled(320, 240, 12).unwrap();
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let (u, v) = (i % 320, i / 320);
+            if (40..280).contains(&u) && rows.iter().any(|row| row.abs_diff(v) < 3) {
+                *pixel = 190;
+            }
+        }
+        stripes(&frame)
+    }
+
+    fn parts_of(recent: Vec<Vec<Stripe>>) -> Vec<PixelRect> {
+        parts(&recent.into(), &GrayFrame::filled(320, 240, 12).unwrap())
+    }
+
+    #[test]
+    fn each_of_two_stripes_has_a_part_that_holds_it_and_not_the_other() {
+        let parts = parts_of(vec![shown(&ROWS); RECENT_FRAMES]);
+        assert_eq!(parts.len(), 2);
+        for part in parts {
+            let held = ROWS.map(|row| part.holds(PixelPoint::new(160.0, row as f64)));
+            assert!(held[0] != held[1], "{part:?}");
+        }
+    }
+
+    #[test]
+    fn one_stripe_is_not_parted() {
+        assert!(parts_of(vec![shown(&ROWS[..1]); RECENT_FRAMES]).is_empty());
+    }
+
+    #[test]
+    fn what_shows_in_few_frames_is_no_stripe() {
+        let mut recent = vec![shown(&ROWS[..1]); RECENT_FRAMES];
+        recent[..LEAST_FRAMES - 1].fill(shown(&ROWS));
+        assert!(parts_of(recent).is_empty());
+    }
+}

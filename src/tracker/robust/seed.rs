@@ -284,3 +284,72 @@ fn open_roots(line: &Centreline) -> Vec<PixelPoint> {
     };
     broken.into_iter().map(middle).take(MOST_CORNERS).collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::imgproc::{CentrelineSettings, extract_centreline};
+
+    /// A frame of 320 x 240 px with a stripe of SD 2 px in row `row(u)`; none where it has no value.
+    fn drawn(row: impl Fn(f64) -> Option<f64>) -> GrayFrame {
+        let mut frame = GrayFrame::filled(320, 240, 12).unwrap();
+        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
+            let (u, v) = ((i % 320) as f64, (i / 320) as f64);
+            let light = row(u).map_or(0.0, |row| 180.0 * (-0.5 * ((v - row) / 2.0).powi(2)).exp());
+            *pixel += light.round() as u8;
+        }
+        frame
+    }
+
+    fn found(frame: &GrayFrame, kind: Option<JointKind>) -> Vec<Seed> {
+        find(frame, &extract_centreline(frame, &CentrelineSettings::default()), kind)
+    }
+
+    fn gap(u: f64) -> Option<f64> {
+        ((u - 150.0).abs() > 6.0).then_some(100.0)
+    }
+
+    fn step(u: f64) -> Option<f64> {
+        ((u - 150.0).abs() > 3.0).then_some(if u < 150.0 { 100.0 } else { 118.0 })
+    }
+
+    fn groove(u: f64) -> Option<f64> {
+        Some(100.0 + (35.0 - 0.8 * (u - 150.0).abs()).max(0.0))
+    }
+
+    fn corner(u: f64) -> Option<f64> {
+        Some(100.0 + 0.4 * (u - 150.0).abs())
+    }
+
+    #[test]
+    fn each_joint_is_found_as_what_it_is_where_it_is() {
+        let joints: [(JointKind, fn(f64) -> Option<f64>); 4] =
+            [(JointKind::Butt, gap), (JointKind::Lap, step), (JointKind::VGroove, groove), (JointKind::Fillet, corner)];
+        for (kind, row) in joints {
+            let seeds = found(&drawn(row), None);
+            let seed = seeds.first().unwrap_or_else(|| panic!("no {kind:?}"));
+            assert_eq!(seed.model.kind, kind);
+            assert!((seed.fit.centre.u_px - 150.0).abs() < 1.5, "{kind:?}: {:?}", seed.fit.centre);
+        }
+    }
+
+    #[test]
+    fn a_plain_stripe_and_an_empty_frame_hold_none() {
+        assert!(found(&drawn(|u| Some(100.0 + 0.05 * u)), None).is_empty());
+        assert!(found(&drawn(|_| None), None).is_empty());
+    }
+
+    #[test]
+    fn a_joint_of_another_kind_than_asked_for_is_not_offered() {
+        assert!(found(&drawn(groove), Some(JointKind::Lap)).iter().all(|seed| seed.model.kind == JointKind::Lap));
+        assert!(found(&drawn(gap), Some(JointKind::Fillet)).is_empty());
+    }
+
+    #[test]
+    fn a_place_is_believed_where_there_is_a_joint_and_only_there() {
+        let frame = drawn(gap);
+        let seed = at(&frame, None, PixelPoint::new(154.0, 100.0)).unwrap();
+        assert!(seed.certain && (seed.fit.centre.u_px - 150.0).abs() < 1.0, "{:?}", seed.fit.centre);
+        assert!(at(&frame, None, PixelPoint::new(250.0, 100.0)).is_none());
+    }
+}

@@ -62,6 +62,12 @@ const STRAIGHT_REACH_PX: usize = 40;
 const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
+/// For how many frames with a stripe a joint is sought at the place the user gave. Chosen: a hairline takes some twenty.
+pub const ASKED_FRAMES: usize = 40;
+/// How far from there it may be found \[px of the picture\]: as far as a fit searches and a hand errs, and for some frames as far
+/// as the seam moves. Chosen.
+const ASKED_PX: f64 = 16.0;
+const ASKED_MOVING_FRAMES: usize = 10;
 
 /// What a frame brought.
 pub enum Found {
@@ -105,7 +111,7 @@ impl Found {
 pub struct Seeker {
     kind: Option<JointKind>,
     parts: Parts,
-    asked: Option<PixelPoint>,
+    asked: Option<Asked>,
     /// The seeds of the last frames, each with whether it has relief, the newest last.
     recent: VecDeque<Vec<Candidate>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
@@ -148,9 +154,15 @@ impl Seeker {
         self.recent.back().into_iter().flatten().map(|candidate| &candidate.seed)
     }
 
-    /// The user knows where the seam is in the next frame.
-    pub fn seed_at(&mut self, centre: PixelPoint) {
-        self.asked = Some(centre);
+    /// The user knows where the seam is in the next frame, which has so many pixels a pixel of the picture.
+    pub fn seed_at(&mut self, centre: PixelPoint, raster_px_a_px: f64) {
+        self.asked = Some(Asked { centre, raster_px_a_px, frames: 0, elsewhere: None });
+    }
+
+    /// The place the user gave, if there was nothing there for [`ASKED_FRAMES`], with what showed elsewhere.
+    pub fn asked_in_vain(&self) -> Option<Option<(JointKind, PixelPoint)>> {
+        let asked = self.asked.as_ref().filter(|asked| asked.frames >= ASKED_FRAMES)?;
+        Some(asked.elsewhere)
     }
 
     /// A frame passes that cannot be looked at.
@@ -168,9 +180,10 @@ impl Seeker {
             None => extract_centreline(frame, &CentrelineSettings::default()),
         };
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
-        let seeds = match self.asked.take() {
-            Some(point) => seed::at(frame, self.kind, point).into_iter().collect(),
-            None => seed::find(frame, &line, self.kind),
+        let at_place = self.asked.as_ref().and_then(|asked| asked.seed(frame, self.kind));
+        let seeds = match at_place {
+            Some(seed) if seed.certain => vec![seed],
+            unsure => unsure.into_iter().chain(seed::find(frame, &line, self.kind)).collect(),
         };
         let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
@@ -185,6 +198,7 @@ impl Seeker {
         let evidence = Evidence { along_px: hairline.map(|estimate| estimate.seam.u_px), presence, ..Evidence::NONE };
         if let Some(estimate) = hairline
             && self.hairline_is_certain(&line, &estimate)
+            && self.is_where_asked(JointKind::Butt, estimate.seam)
         {
             return Found::Hairline {
                 tracker: Box::new(std::mem::take(&mut self.hairline)),
@@ -200,7 +214,20 @@ impl Seeker {
                 reason: "one straight stripe with a hairline break that moves as a seam does".into(),
             };
         }
+        if let Some(asked) = self.asked.as_mut().filter(|_| stripe_seen) {
+            asked.frames += 1;
+        }
         Found::Nothing { stripe_seen, evidence }
+    }
+
+    /// Whether a joint may be the one that the user knows; if not, that it was seen is remembered.
+    fn is_where_asked(&mut self, kind: JointKind, centre: PixelPoint) -> bool {
+        let Some(asked) = &mut self.asked else { return true };
+        let is_there = asked.is_near(centre);
+        if !is_there {
+            asked.elsewhere = Some((kind, centre));
+        }
+        is_there
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
@@ -220,7 +247,8 @@ impl Seeker {
             let recent = self.recent.iter().rev().take(RECENT_FRAMES);
             sure && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
+        let asked = |candidate: &Candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre);
+        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).filter(asked).collect();
         // Of equals the first, as they come.
         certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
@@ -307,6 +335,30 @@ impl Seeker {
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
             && range(means(&places)) > FIXED_HAIRLINE_PX
+    }
+}
+
+/// Where the user says that the seam is.
+struct Asked {
+    centre: PixelPoint,
+    raster_px_a_px: f64,
+    /// Frames with a stripe that showed nothing there.
+    frames: usize,
+    /// A joint that is certain, and not there.
+    elsewhere: Option<(JointKind, PixelPoint)>,
+}
+
+impl Asked {
+    /// The joint at that place: certain in the first frame, for which it was given; later it must be confirmed.
+    fn seed(&self, frame: &GrayFrame, kind: Option<JointKind>) -> Option<Seed> {
+        let seed = seed::at(frame, kind, self.centre)?;
+        Some(Seed { certain: self.frames == 0, ..seed })
+    }
+
+    fn is_near(&self, place: PixelPoint) -> bool {
+        let reach_px = (ASKED_PX + MOTION_PX * self.frames.min(ASKED_MOVING_FRAMES) as f64) * self.raster_px_a_px;
+        let (du, dv) = (place.u_px - self.centre.u_px, place.v_px - self.centre.v_px);
+        du.abs() <= reach_px && dv.abs() <= reach_px
     }
 }
 
@@ -404,4 +456,75 @@ fn straight_share(line: &Centreline, u_px: f64, stripe_v_px: impl Fn(f64) -> Opt
     };
     let count = near.len() as f64;
     near.filter(|&u| on_line(u)).count() as f64 / count
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::synth::{Scene, builtin};
+
+    /// The frames of a scene, small enough to be quick, and where its seam is in the first.
+    fn scene(name: &str, frames: usize) -> Scene {
+        let mut scenario = builtin::scenario(name).unwrap();
+        scenario.frames = frames;
+        Scene::new(&scenario, 1).unwrap()
+    }
+
+    /// What a seeker finds first, and in which frame.
+    fn first_found(seeker: &mut Seeker, scene: &Scene) -> Option<(usize, Found)> {
+        (0..scene.frame_count()).find_map(|i| match seeker.look(&scene.render(i)) {
+            Found::Nothing { .. } => None,
+            found => Some((i, found)),
+        })
+    }
+
+    fn seeker() -> Seeker {
+        Seeker::new(None, Parts::default(), true, true)
+    }
+
+    fn place_of(found: &Found) -> PixelPoint {
+        match found {
+            Found::Joint { seed, .. } => seed.fit.centre,
+            Found::Hairline { sighting, .. } => sighting.centre,
+            Found::Nothing { .. } => panic!("nothing was found"),
+        }
+    }
+
+    #[test]
+    fn a_gap_is_found_within_ten_frames_and_a_dark_frame_shows_not_even_a_stripe() {
+        let mut seeker = seeker();
+        let dark = GrayFrame::filled(320, 240, 10).unwrap();
+        assert!(matches!(seeker.look(&dark), Found::Nothing { stripe_seen: false, .. }));
+        let (frame, found) = first_found(&mut seeker, &scene("A-butt", 10)).unwrap();
+        assert!(matches!(&found, Found::Joint { seed, .. } if seed.model.kind == JointKind::Butt), "in frame {frame}");
+    }
+
+    #[test]
+    fn a_place_that_was_given_is_where_the_joint_is_found_and_at_no_other() {
+        let scene = scene("A-butt", ASKED_FRAMES + 1);
+        let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
+        let mut told = seeker();
+        told.seed_at(there, 1.0);
+        let (frame, found) = first_found(&mut told, &scene).unwrap();
+        assert!(frame == 0 && (place_of(&found).u_px - there.u_px).abs() < 12.0);
+
+        let mut misled = seeker();
+        misled.seed_at(PixelPoint::new(there.u_px - 170.0, there.v_px), 1.0);
+        assert!(first_found(&mut misled, &scene).is_none());
+        let (kind, seen) = misled.asked_in_vain().unwrap().unwrap();
+        assert!(kind == JointKind::Butt && (seen.u_px - there.u_px).abs() < 30.0, "{seen:?}");
+    }
+
+    #[test]
+    fn a_place_is_remembered_while_there_is_no_stripe() {
+        let scene = scene("A-butt", 12);
+        let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
+        let mut told = seeker();
+        told.seed_at(there, 1.0);
+        for _ in 0..=ASKED_FRAMES {
+            told.look(&GrayFrame::filled(320, 240, 10).unwrap());
+        }
+        assert!(told.asked_in_vain().is_none());
+        assert_eq!(first_found(&mut told, &scene).unwrap().0, 0);
+    }
 }
