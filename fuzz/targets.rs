@@ -35,20 +35,21 @@ pub struct Target {
 }
 
 /// All targets.
-pub const TARGETS: [Target; 14] = [
+pub const TARGETS: [Target; 15] = [
     Target { name: "config", run: config, share: 130 },
     Target { name: "scenario", run: scenario, share: 40 },
     Target { name: "pool-scenario", run: pool_scenario, share: 40 },
     Target { name: "calibration", run: calibration, share: 130 },
     Target { name: "camera", run: camera, share: 130 },
-    Target { name: "truth", run: truth, share: 80 },
-    Target { name: "path", run: path, share: 80 },
+    Target { name: "truth", run: truth, share: 70 },
+    Target { name: "path", run: path, share: 70 },
     Target { name: "pool-path", run: pool_path, share: 60 },
     Target { name: "summary", run: summary, share: 80 },
     Target { name: "manifest", run: manifest, share: 80 },
     Target { name: "measurements", run: measurements, share: 80 },
     Target { name: "timestamps", run: timestamps, share: 20 },
-    Target { name: "picture", run: picture, share: 40 },
+    Target { name: "picture", run: picture, share: 30 },
+    Target { name: "mcap", run: mcap, share: 30 },
     Target { name: "session", run: session::run, share: 10 },
 ];
 
@@ -203,6 +204,22 @@ fn picture(bytes: &[u8]) {
         && let Ok(mut source) = open(&file, Period::Given(0.2))
     {
         frames(&mut *source);
+    }
+}
+
+/// A log of a robot: refused, or a recording that can be read to its end and once more from any frame.
+fn mcap(bytes: &[u8]) {
+    let (_folder, file) = file("log.mcap", bytes);
+    for skipped in 0..2 {
+        let Ok(mut source) = open(&file, Period::OwnOr(0.2)) else { return };
+        assert!(source.period_s() > 0.0 && source.period_s().is_finite());
+        source.skip(skipped);
+        while let Some(frame) = source.next_frame() {
+            assert!(frame.time_s.is_finite() && frame.time_s >= 0.0);
+            if let Ok(picture) = frame.picture {
+                assert_eq!(picture.pixels().len(), picture.width_px() * picture.height_px());
+            }
+        }
     }
 }
 

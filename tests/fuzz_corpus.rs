@@ -28,3 +28,13 @@ fn an_input_is_the_same_for_the_same_seed_and_number() {
     assert_eq!(corpus.changed(3, 17), corpus.changed(3, 17));
     assert!((0..50).any(|number| corpus.changed(3, number) != corpus.changed(4, number)));
 }
+
+#[test]
+fn every_log_of_the_corpus_is_a_recording_of_three_pictures() {
+    for entry in std::fs::read_dir("fuzz/corpus/mcap").unwrap() {
+        let file = entry.unwrap().path();
+        let mut source = seamtrack::source::open(&file, seamtrack::source::Period::OwnOr(0.2)).unwrap();
+        let pictures = std::iter::from_fn(|| source.next_frame()).filter(|frame| frame.picture.is_ok()).count();
+        assert_eq!((pictures, source.kind()), (3, "mcap"), "{}", file.display());
+    }
+}

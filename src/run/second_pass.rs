@@ -17,6 +17,9 @@ const RUN_UP_FRAMES: usize = 100;
 /// Bytes of pictures that are kept to be gone through backwards; sixteen frames always are. Chosen.
 const MOST_BYTES: usize = 256_000_000;
 const LEAST_FRAMES: usize = 16;
+/// A picture that comes again more often than this is old, but for its first frame: backwards nothing else would tell.
+/// Chosen: recorders of real robots repeat pictures once, twice.
+const USUAL_REPEATS: usize = 2;
 /// Frames on which both passes must have a value, and agree, for the second to be believed. Chosen.
 const LEAST_SHARED_FRAMES: usize = 3;
 /// How far apart the passes may be in the middle of those \[σ of both\].
@@ -74,10 +77,12 @@ fn follow_back(
     let mut end = frames.end;
     while end > frames.start {
         let start = end.saturating_sub(at_a_time).max(frames.start);
-        for frame in read(start..end, size_px, reopen)?.into_iter().rev() {
+        let read = read(start..end, size_px, reopen)?;
+        let is_old = old(&read);
+        for (frame, is_old) in read.into_iter().zip(is_old).rev() {
             let estimate = match &frame.picture {
-                Ok(picture) => session.step(picture, -frame.time_s)?,
-                Err(_) => session.miss(-frame.time_s)?,
+                Ok(picture) if !is_old => session.step(picture, -frame.time_s)?,
+                _ => session.miss(-frame.time_s)?,
             };
             path.push(&estimate);
         }
@@ -87,6 +92,15 @@ fn follow_back(
     smoothed.reverse();
     smoothed.resize(frames.len(), None);
     Ok(smoothed)
+}
+
+/// For each frame whether its picture is one from before that was repeated too often.
+fn old(frames: &[SourceFrame]) -> Vec<bool> {
+    let is_same = |a: &SourceFrame, b: &SourceFrame| matches!((&a.picture, &b.picture), (Ok(a), Ok(b)) if a == b);
+    frames
+        .chunk_by(is_same)
+        .flat_map(|same| (0..same.len()).map(|place| place > 0 && same.len() > USUAL_REPEATS + 1))
+        .collect()
 }
 
 fn read(frames: Range<usize>, size_px: (usize, usize), reopen: Reopen<'_>) -> Result<Vec<SourceFrame>, RunError> {

@@ -199,6 +199,10 @@ impl Follow for PaperTracker {
         true
     }
 
+    fn outlasts(&self, _: f64) -> bool {
+        true
+    }
+
     fn pass_over(&mut self) {
         self.frame_number += 1;
     }

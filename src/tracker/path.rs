@@ -47,7 +47,7 @@ impl Memory {
 pub enum Event {
     /// None is followed.
     Nothing,
-    /// A joint was found; `before` is where it was in the frames before, the newest first, and `row_bias_px2` what no smoother
+    /// A joint was found, or the one that is followed has jumped; `before` is where it was in the frames before, the newest first, and `row_bias_px2` what no smoother
     /// averages out of its row \[px²\].
     Found { view: View, measured: Measured, before: [Option<Measured>; REMEMBERED], row_bias_px2: f64 },
     /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`.
@@ -120,6 +120,10 @@ impl SeamPath {
         };
         match event {
             Event::Found { view, before, row_bias_px2, .. } => {
+                // What was followed until now ended when it was last seen: what was predicted since was not so.
+                if let Some(joint) = self.joints.last_mut() {
+                    joint.end.get_or_insert(joint.last_seen + 1);
+                }
                 let start = self.recall(&before);
                 self.joints.push(Joint {
                     view,

@@ -51,6 +51,8 @@ pub trait Follow: Send {
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError>;
     /// Whether a picture that came before is to be looked at again.
     fn looks_at_repeats(&self) -> bool;
+    /// Whether a picture of `beats` ago still tells where the seam is.
+    fn outlasts(&self, beats: f64) -> bool;
     /// A picture that came before passes without being looked at.
     fn pass_over(&mut self);
     /// What a smoother needs of this step, if a seam is followed and the method has one.
@@ -75,6 +77,8 @@ pub struct Session {
     /// Time since the picture last changed, and that part of it the filter does not know yet \[beats\].
     repeated_beats: f64,
     held_beats: f64,
+    /// Longest that a picture with the seam was repeated before another one came \[beats\]: so the recorder is made.
+    usual_beats: f64,
 }
 
 impl Session {
@@ -99,6 +103,7 @@ impl Session {
             is_stale: false,
             repeated_beats: 0.0,
             held_beats: 0.0,
+            usual_beats: 0.0,
         })
     }
 
@@ -149,8 +154,11 @@ impl Session {
         }
         let tick = self.clock.tick(stamp_s);
         let is_repeated = self.previous.as_ref() == Some(frame);
+        if !is_repeated && self.last.status == Status::Tracked {
+            self.usual_beats = self.usual_beats.max(self.repeated_beats.min(FROZEN_AFTER_BEATS));
+        }
         self.repeated_beats = if is_repeated { self.repeated_beats + tick.beats } else { 0.0 };
-        let is_frozen = is_repeated && (self.is_stale || self.repeated_beats > FROZEN_AFTER_BEATS);
+        let is_frozen = is_repeated && (self.is_stale || !self.may_be_repeat());
         let estimate = if is_frozen {
             let beats = tick.beats + std::mem::take(&mut self.held_beats);
             self.follow.miss(Tick { beats, ..tick }, Observation::Frozen)?
@@ -213,6 +221,20 @@ impl Session {
         match axis {
             StripeAxis::Horizontal => self.follow.step(&frame, field, tick),
             StripeAxis::Vertical => self.follow.step(&frame.transposed(), field, tick),
+        }
+    }
+
+    /// Whether the same picture once more may be the recorder's doing: then it stands for the same moment. Not when it has
+    /// come for too long, and sooner than the recorder is known for not when it shows no seam, or the seam has moved on.
+    fn may_be_repeat(&self) -> bool {
+        if self.repeated_beats > FROZEN_AFTER_BEATS {
+            return false;
+        }
+        match self.last.status {
+            _ if self.follow.looks_at_repeats() || self.repeated_beats <= self.usual_beats => true,
+            Status::Tracked => self.follow.outlasts(self.repeated_beats),
+            Status::Coasting => false,
+            Status::Seeking | Status::Lost => true,
         }
     }
 

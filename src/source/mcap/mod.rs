@@ -10,10 +10,15 @@ use std::io::BufReader;
 use std::path::Path;
 
 use mcap::io::MessageReader;
+use mcap::sans_io::LinearReaderOptions;
 use mcap::{McapError, Message};
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale, file_name, scale_frames};
 use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
+
+/// Longest record that is read \[bytes\]: a log may claim any length, and memory is taken before its content is there. Chosen:
+/// a picture of 16,000 × 16,000 pixels.
+const LONGEST_RECORD: usize = 1 << 28;
 
 /// The pictures of one topic, in the order of the log.
 pub struct Mcap {
@@ -94,7 +99,8 @@ impl Mcap {
 
 fn messages(path: &Path) -> Result<MessageReader<BufReader<File>>, SourceError> {
     let file = File::open(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
-    Ok(MessageReader::new(BufReader::new(file)))
+    let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
+    Ok(MessageReader::new_with_options(BufReader::new(file), options))
 }
 
 fn is_picture(message: &Message<'_>) -> bool {

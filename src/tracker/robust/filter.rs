@@ -143,6 +143,12 @@ impl SeamFilter {
         (state.x[0], state.P[(0, 0)].max(0.0))
     }
 
+    /// How fast the position moves \[px/beat\].
+    #[must_use]
+    pub fn velocity_px(&self) -> f64 {
+        self.imm.output().x[1]
+    }
+
     /// NIS of a measurement `u_px` of variance `variance_px2`.
     ///
     /// # Errors

@@ -1,9 +1,11 @@
 //! A seam that is followed: in each frame one outcome, which filter, noise memory, template and path are fed from.
 
+use std::collections::VecDeque;
+
 use super::geometry::GeometryEye;
 use super::hairline::HairlineEye;
 use super::height::Height;
-use super::judge::{Judge, Verdict};
+use super::judge::{Judge, Restart, Verdict};
 use super::noise::{NoiseScale, expected_scale};
 use super::part::{Part, Parts};
 use super::seed::Seed;
@@ -17,7 +19,7 @@ use crate::tracker::TrackerError;
 use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate};
 use crate::tracker::hairline::HairlineTracker;
 use crate::tracker::lag::Links;
-use crate::tracker::path::{Event, Measured, Memory};
+use crate::tracker::path::{Event, Measured, Memory, REMEMBERED};
 use crate::tracker::session::unseen;
 use crate::tracker::view::View;
 use crate::units::PixelPoint;
@@ -67,9 +69,9 @@ pub enum Next {
 /// What became of a frame.
 enum Outcome {
     /// The sighting went into the filter, or the filter started anew from it and those before.
-    Sighted { sighting: Sighting, measured: Measured, nis: f64, restarted: bool },
+    Sighted { sighting: Sighting, measured: Measured, nis: f64, restart: Option<Restart> },
     /// The sighting was too far from the prediction.
-    Refused { sighting: Sighting, nis: f64 },
+    Refused { sighting: Sighting, measured: Measured, nis: f64 },
     /// The correlation filter's peak went into the filter.
     StoodIn { along: (f64, f64), nis: f64, evidence: Evidence },
     /// No sighting, for this reason.
@@ -90,6 +92,8 @@ pub struct Following {
     kcf_bias_px: f64,
     /// Since the last sighting, how long the stripe has gone straight through \[beats\].
     plain_beats: f64,
+    /// What was refused in the last frames and when \[beats\], the newest last: where the seam may have jumped.
+    refused: VecDeque<Option<(f64, Measured)>>,
 }
 
 impl Following {
@@ -149,6 +153,7 @@ impl Following {
             row_bias_px2: 0.0,
             kcf_bias_px: 0.0,
             plain_beats: 0.0,
+            refused: VecDeque::with_capacity(REMEMBERED + 1),
         })
     }
 
@@ -173,6 +178,11 @@ impl Following {
             Eye::Geometry(eye) => Some(eye.sighting(fit)),
             Eye::Hairline(_) => None,
         }
+    }
+
+    /// Whether a picture of `beats` ago still tells where the seam is.
+    pub fn outlasts(&self, beats: f64) -> bool {
+        self.judge.outlasts(beats)
     }
 
     /// Time since the seam was last sighted \[beats\].
@@ -218,6 +228,7 @@ impl Following {
         let seen = match &mut self.eye {
             Eye::Geometry(eye) if is_lost => eye.search(frame, &self.judge),
             Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading),
+            Eye::Hairline(eye) if is_lost => eye.search(frame),
             Eye::Hairline(eye) => eye.look(frame),
         };
         let outcome = match seen {
@@ -272,13 +283,13 @@ impl Following {
         let away_px = (kcf.peak.u_px - self.kcf_bias_px - u_px).abs();
         let witness = (kcf.psr_ratio >= LEAST_PSR_RATIO).then_some(away_px);
         let (nis, verdict) = self.judge.sighted(u_px, variance_px2, witness, sighting.clear, is_lost)?;
-        let (used_px2, restarted) = match verdict {
-            Verdict::Taken(used_px2) => (used_px2, false),
-            Verdict::Restarted(used_px2) => (used_px2, true),
-            Verdict::Refused => return Ok(Outcome::Refused { sighting, nis }),
+        let (used_px2, restart) = match verdict {
+            Verdict::Taken(used_px2) => (used_px2, None),
+            Verdict::Restarted(used_px2, restart) => (used_px2, Some(restart)),
+            Verdict::Refused => return Ok(Outcome::Refused { sighting, measured, nis }),
         };
         let measured = Measured { along: (u_px, used_px2), ..measured };
-        Ok(Outcome::Sighted { sighting, measured, nis, restarted })
+        Ok(Outcome::Sighted { sighting, measured, nis, restart })
     }
 
     /// The frame shows no seam to be trusted: the correlation filter may stand in for a while.
@@ -338,9 +349,31 @@ impl Following {
         self.height.update(measured.across)
     }
 
+    /// Where the seam was in the frames before this one, if it has jumped on to `restart`; forgets what was refused unless
+    /// this frame was too.
+    fn before(&mut self, outcome: &Outcome) -> Option<[Option<Measured>; REMEMBERED]> {
+        let now = self.judge.now_beats();
+        let before = match outcome {
+            Outcome::Sighted { restart, .. } => restart.filter(|restart| restart.is_jump).map(|restart| {
+                let held = |&(at, measured): &(f64, Measured)| restart.holds(measured.along.0, now - at);
+                let mut newest = self.refused.iter().rev().map(|refused| refused.filter(held).map(|(_, m)| m));
+                std::array::from_fn(|_| newest.next().flatten())
+            }),
+            Outcome::Refused { .. } | Outcome::StoodIn { .. } | Outcome::Unsighted { .. } => None,
+        };
+        self.refused.push_back(match outcome {
+            Outcome::Refused { measured, .. } => Some((now, *measured)),
+            _ => None,
+        });
+        if self.refused.len() > REMEMBERED {
+            self.refused.pop_front();
+        }
+        before
+    }
+
     /// The estimate, and what comes next.
     fn conclude(
-        &self,
+        &mut self,
         outcome: Outcome,
         kcf: Option<KcfReading>,
         noise: f64,
@@ -348,6 +381,7 @@ impl Following {
         was_lost: bool,
     ) -> (Estimate, Next) {
         let found = matches!(outcome, Outcome::Sighted { .. });
+        let jumped_from = self.before(&outcome);
         let has_ended = self.plain_beats >= ENDED_AFTER_BEATS;
         let is_lost = !found && (was_lost || self.judge.is_exhausted());
         let next = match (has_ended || (is_lost && self.judge.should_give_up()), is_lost) {
@@ -356,22 +390,28 @@ impl Following {
             (false, false) => Next::Follow,
         };
         let (observation, nis, evidence, section, measured) = match outcome {
-            Outcome::Sighted { sighting, measured, nis, restarted } => {
-                let observation = if restarted { Observation::Reacquired } else { Observation::Geometry };
+            Outcome::Sighted { sighting, measured, nis, restart } => {
+                let observation = if restart.is_some() { Observation::Reacquired } else { Observation::Geometry };
                 let section = sighting.section.map(|section| section.with_noise(self.noise.scale()));
                 (observation, Some(nis), sighting.evidence, section, Some(measured))
             }
-            Outcome::Refused { sighting, nis } => (Observation::Refused, Some(nis), sighting.evidence, None, None),
+            Outcome::Refused { sighting, nis, .. } => (Observation::Refused, Some(nis), sighting.evidence, None, None),
             Outcome::StoodIn { along, nis, evidence } => {
                 let measured = Measured { along, across: None };
                 (Observation::Kcf, Some(nis), evidence, None, Some(measured))
             }
             Outcome::Unsighted { why, nis, evidence } => (why, nis, evidence, None, None),
         };
+        let jump = jumped_from.zip(measured);
         let event = match next {
             Next::Seek if has_ended => Event::Ended,
             Next::Seek | Next::Search => Event::Lost,
-            Next::Follow => Event::Followed { measured, noise, shaking_px2: self.height.shaking_px2() },
+            Next::Follow => match jump {
+                Some((before, measured)) => {
+                    Event::Found { view: self.view, measured, before, row_bias_px2: self.row_bias_px2 }
+                }
+                None => Event::Followed { measured, noise, shaking_px2: self.height.shaking_px2() },
+            },
         };
         let has_value = next == Next::Follow && !self.judge.is_doubtful();
         let estimate = Estimate {

@@ -7,6 +7,7 @@ use super::part::{Part, Parts};
 use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
+use crate::imgproc::stripe_path;
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
 use crate::tracker::profile::Profile;
 use crate::units::PixelPoint;
@@ -88,9 +89,16 @@ impl GeometryEye {
         }
     }
 
-    /// Whether the stripe goes straight through at `place`.
+    /// Whether the stripe goes straight through at `place`, or in its column wherever the stripe is: where a corner has
+    /// ended, plates may lie far from where it was.
     pub fn sees_plain_stripe(&self, frame: &GrayFrame, place: PixelPoint) -> bool {
-        is_plain(frame, place, self.model.half_window_px, self.model.stripe_sd_px)
+        let is_plain = |place| is_plain(frame, place, self.model.half_window_px, self.model.stripe_sd_px);
+        let in_column = || {
+            let column = place.u_px.round().max(0.0) as usize;
+            let v_px = *stripe_path(frame)?.get(column)? as f64;
+            Some(PixelPoint::new(place.u_px, v_px))
+        };
+        is_plain(place) || in_column().is_some_and(is_plain)
     }
 
     /// Takes over what an accepted fit says.

@@ -1,5 +1,6 @@
 //! Sighting a hairline butt joint: evidence along the straightened stripe and a grid filter over it.
 
+use super::seek;
 use super::sighting::{Sighting, Unsighted};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::Refusal;
@@ -22,6 +23,18 @@ impl HairlineEye {
     /// Goes on from a tracker that has confirmed its seam.
     pub const fn new(tracker: HairlineTracker) -> Self {
         Self { tracker }
+    }
+
+    /// The same for a hairline that was lost, anywhere along the stripe: what is found must lie in one straight stripe, as when
+    /// any is sought. The end of the stripe at a cover does not.
+    pub fn search(&mut self, frame: &GrayFrame) -> Result<Sighting, Unsighted> {
+        let sighting = self.look(frame)?;
+        let line = seek::centreline(frame, true);
+        let share = seek::straight_share(&line, sighting.centre.u_px, |u| self.tracker.stripe_v_px(u));
+        if share >= seek::STRAIGHT_SHARE {
+            return Ok(sighting);
+        }
+        Err(Unsighted { refusal: Refusal::Support, evidence: sighting.evidence })
     }
 
     /// What the frame shows, where the grid is sure that there is a seam and where.

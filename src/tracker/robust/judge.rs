@@ -28,6 +28,9 @@ const RECENT_REFUSALS: usize = 5;
 const AGREEMENT_PX: f64 = 1.5;
 const STEEPEST_SLOPE_PX: f64 = 8.0;
 const STEEPEST_CLEAR_SLOPE_PX: f64 = 20.0;
+/// A line through the sightings that starts the filter anew and passes the place where the seam was last seen by more than so
+/// many of the distances above is no corner but a jump: the camera was knocked. Chosen: 4.5 px on sharp edges.
+const JUMP_DISTANCES: f64 = 3.0;
 /// R of the position and variance of the velocity when the filter starts anew from them \[px², px²/beat²\].
 const RESTART_VARIANCES: (f64, f64) = (1.3, 0.5);
 /// Time without a sighting after which the seam is lost, however sure the prediction is \[beats\]: as many as there were
@@ -42,9 +45,27 @@ pub enum Verdict {
     /// It went into the filter.
     Taken(f64),
     /// It was refused like those before it, but they agree: the filter started anew from them.
-    Restarted(f64),
+    Restarted(f64, Restart),
     /// It is too far from the prediction.
     Refused,
+}
+
+/// The straight path from which the filter started anew.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Restart {
+    /// Where the seam is now \[px\], and how fast it moves \[px/beat\].
+    u_px: f64,
+    slope_px: f64,
+    tolerance_px: f64,
+    /// It cannot have come here from where it was seen before.
+    pub is_jump: bool,
+}
+
+impl Restart {
+    /// Whether a sighting of `beats` ago lies on the path.
+    pub fn holds(&self, u_px: f64, beats: f64) -> bool {
+        (self.u_px - self.slope_px * beats - u_px).abs() < self.tolerance_px
+    }
 }
 
 #[derive(Debug, Clone, Copy)]
@@ -66,6 +87,8 @@ pub struct Judge {
     now: f64,
     step: f64,
     unseen_beats: f64,
+    /// Where the seam was when it was last seen \[px\].
+    seen_px: f64,
     /// Farthest from the prediction that a clear sighting was refused since the last one that was taken \[px\].
     doubt_px: f64,
     sightings: f64,
@@ -87,6 +110,7 @@ impl Judge {
             now: 0.0,
             step: 1.0,
             unseen_beats: 0.0,
+            seen_px: u_px,
             doubt_px: 0.0,
             sightings: 1.0,
             lost_std_px,
@@ -135,6 +159,17 @@ impl Judge {
     /// Whether σ is too large for a value to be given.
     pub fn is_doubtful(&self) -> bool {
         self.doubt_px > 0.0 && self.std_px() > self.lost_std_px
+    }
+
+    /// Whether a picture of `beats` ago still tells where the seam is: at its speed it has not gone as far as the prediction may
+    /// be unsure.
+    pub fn outlasts(&self, beats: f64) -> bool {
+        self.filter.velocity_px().abs() * beats <= self.lost_std_px
+    }
+
+    /// Time since the start \[beats\].
+    pub const fn now_beats(&self) -> f64 {
+        self.now
     }
 
     /// Time since the seam was last sighted \[beats\], 0 in the frame after a sighting.
@@ -195,14 +230,16 @@ impl Judge {
         }
         let may_restart = is_lost || self.parts.has(Part::Reacquisition);
         if let Some((start_px, slope)) = self.agreement(is_lost).filter(|_| may_restart) {
+            let restart = self.restart(start_px, slope, nis);
             let (white_px2, velocity_variance) = RESTART_VARIANCES;
             let noise = self.filter.noise();
             let position = (start_px, noise.max(1.0) * white_px2);
             self.filter = SeamFilter::start(position, (slope, velocity_variance), noise, self.parts)?;
             self.refused.clear();
             self.unseen_beats = 0.0;
+            self.seen_px = start_px;
             self.doubt_px = 0.0;
-            return Ok((nis, Verdict::Restarted(R_px2)));
+            return Ok((nis, Verdict::Restarted(R_px2, restart)));
         }
         self.missed();
         Ok((nis, Verdict::Refused))
@@ -226,7 +263,20 @@ impl Judge {
     fn take(&mut self, nis: f64, u_px: f64, R_px2: f64) -> Result<f64, TrackerError> {
         let inflation = if self.parts.has(Part::InnovationGate) { noise::inflation(nis) } else { 1.0 };
         self.filter.update(u_px, R_px2 * inflation)?;
+        self.seen_px = self.position().0;
         Ok(R_px2 * inflation)
+    }
+
+    fn restart(&self, u_px: f64, slope_px: f64, nis: f64) -> Restart {
+        let tolerance_px = self.tolerance_px();
+        let since_seen = self.unseen_beats + self.step;
+        let off_px = (u_px - slope_px * since_seen - self.seen_px).abs();
+        Restart { u_px, slope_px, tolerance_px, is_jump: nis > REFUSE_NIS && off_px > JUMP_DISTANCES * tolerance_px }
+    }
+
+    /// How far sightings may lie from one straight line \[px\].
+    fn tolerance_px(&self) -> f64 {
+        AGREEMENT_PX * self.filter.noise().sqrt().max(1.0)
     }
 
     /// Whether the newest refused sighting and enough of those just before it lie on a straight path: its position and
@@ -253,8 +303,7 @@ impl Judge {
         let spread: f64 = refused.iter().map(|r| (r.at - now - mean_t).powi(2)).sum();
         let slope = refused.iter().map(|r| (r.at - now - mean_t) * (r.u_px - mean_u)).sum::<f64>() / spread;
         let off_line_px = |r: &Refused| (r.u_px - mean_u - slope * (r.at - now - mean_t)).abs();
-        let tolerance_px = AGREEMENT_PX * self.filter.noise().sqrt().max(1.0);
-        let straight = refused.iter().all(|r| off_line_px(r) < tolerance_px) && slope.abs() < steepest_px;
+        let straight = refused.iter().all(|r| off_line_px(r) < self.tolerance_px()) && slope.abs() < steepest_px;
         straight.then_some((mean_u - slope * mean_t, slope))
     }
 }
@@ -291,8 +340,29 @@ mod tests {
             judge.predict(1.0, 1.0).unwrap();
             verdicts.push(judge.sighted(150.0, R_PX2, None, false, false).unwrap().1);
         }
-        assert!(matches!(verdicts[..], [Verdict::Refused, Verdict::Refused, Verdict::Restarted(_)]));
+        assert!(matches!(
+            verdicts[..],
+            [Verdict::Refused, Verdict::Refused, Verdict::Restarted(_, Restart { is_jump: true, .. })]
+        ));
         assert!((judge.position().0 - 150.0).abs() < 0.5);
+    }
+
+    #[test]
+    fn a_corner_that_starts_the_filter_anew_is_no_jump() {
+        let mut judge = settled();
+        let turned = (1..12).find_map(|t| {
+            judge.predict(1.0, 1.0).unwrap();
+            let (_, verdict) = judge.sighted(119.5 - 6.0 * f64::from(t), R_PX2, None, false, false).unwrap();
+            if let Verdict::Restarted(_, restart) = verdict { Some(restart.is_jump) } else { None }
+        });
+        assert_eq!(turned, Some(false));
+    }
+
+    #[test]
+    fn a_picture_tells_the_longer_where_the_seam_is_the_slower_that_moves() {
+        // Half a pixel a beat, and 5 px that the prediction may be unsure.
+        let judge = settled();
+        assert!(judge.outlasts(5.0) && !judge.outlasts(20.0));
     }
 
     #[test]

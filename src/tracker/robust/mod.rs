@@ -328,6 +328,13 @@ impl Follow for RobustTracker {
         false
     }
 
+    fn outlasts(&self, beats: f64) -> bool {
+        match &self.phase {
+            Phase::Following(following) => following.outlasts(beats),
+            Phase::Seeking(_) | Phase::Searching(_) => true,
+        }
+    }
+
     fn pass_over(&mut self) {
         self.frame_number += 1;
     }

@@ -57,7 +57,7 @@ const CALM_SHARE: f64 = 0.008;
 /// What counts as off the stripe \[px\].
 const OFF_STRIPE_PX: f32 = 15.0;
 /// A hairline lies in one straight stripe: this share of the columns near it must lie on the stripe's line.
-const STRAIGHT_SHARE: f64 = 0.75;
+pub const STRAIGHT_SHARE: f64 = 0.75;
 const STRAIGHT_REACH_PX: usize = 40;
 const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
@@ -175,10 +175,7 @@ impl Seeker {
 
     /// Looks at the next frame.
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
-        let line = match stripe_path(frame).filter(|_| self.parts.has(Part::StripePath)) {
-            Some(path) => extract_along(frame, &CentrelineSettings::default(), &path),
-            None => extract_centreline(frame, &CentrelineSettings::default()),
-        };
+        let line = centreline(frame, self.parts.has(Part::StripePath));
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
         let at_place = self.asked.as_ref().and_then(|asked| asked.seed(frame, self.kind));
         let seeds = match at_place {
@@ -245,7 +242,9 @@ impl Seeker {
                 || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
             let recent = self.recent.iter().rev().take(RECENT_FRAMES);
-            sure && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
+            // What hides a joint that is known is a dark stretch of the stripe, too.
+            let may_be_cover = self.is_rival && !has_relief;
+            sure && !may_be_cover && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
         };
         let asked = |candidate: &Candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre);
         let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).filter(asked).collect();
@@ -426,6 +425,14 @@ fn is_groove_between(seed: &Seed, other: &Seed) -> bool {
     other.model.plates.is_some() && away_px < edges.gap_px.max(GAP_AGREEMENT_PX)
 }
 
+/// The stripe's centre in each column, along its likeliest path through the frame where `by_path`.
+pub fn centreline(frame: &GrayFrame, by_path: bool) -> Centreline {
+    match stripe_path(frame).filter(|_| by_path) {
+        Some(path) => extract_along(frame, &CentrelineSettings::default(), &path),
+        None => extract_centreline(frame, &CentrelineSettings::default()),
+    }
+}
+
 /// Whether nothing but the stripe shines.
 fn is_calm(frame: &GrayFrame, line: &Centreline) -> bool {
     let peaks = line.v_px.iter().enumerate().filter_map(|(u, v)| v.map(|v| (u, v)));
@@ -447,7 +454,7 @@ fn is_calm(frame: &GrayFrame, line: &Centreline) -> bool {
 }
 
 /// Share of the columns near `u_px` whose centre lies on the stripe's line.
-fn straight_share(line: &Centreline, u_px: f64, stripe_v_px: impl Fn(f64) -> Option<f64>) -> f64 {
+pub fn straight_share(line: &Centreline, u_px: f64, stripe_v_px: impl Fn(f64) -> Option<f64>) -> f64 {
     let centre = u_px.round().max(0.0) as usize;
     let near = centre.saturating_sub(STRAIGHT_REACH_PX)..centre + STRAIGHT_REACH_PX + 1;
     let on_line = |u: usize| {
