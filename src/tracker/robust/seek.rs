@@ -246,8 +246,8 @@ impl Seeker {
             let may_be_cover = self.is_rival && !has_relief;
             sure && !may_be_cover && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        let asked = |candidate: &Candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre);
-        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).filter(asked).collect();
+        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
+        certain.retain(|candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre));
         // Of equals the first, as they come.
         certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
