@@ -58,6 +58,8 @@ pub struct NotchEvidence {
     sample: Vec<f32>,
     score: Vec<f32>,
     relief: Vec<f32>,
+    dip: Vec<f32>,
+    step: Vec<f32>,
 }
 
 /// What of a feature along the stripe is looked at.
@@ -89,9 +91,12 @@ impl NotchEvidence {
         self.feature.extend((0..width).map(|u| log_mean(-CORE_HALF_PX..=CORE_HALF_PX, CORE_FLOOR_GREY, u)));
         self.fill_z(band, Shape::Dip(HAIRLINE));
         self.add(soft);
+        self.dip.clone_from(&self.z);
         self.add_gap(band);
         self.fill_z(band, Shape::Step);
         self.add(either_sign);
+        self.step.clear();
+        self.step.extend(self.z.iter().map(|z| z.abs()));
 
         self.feature.clear();
         self.feature.extend((0..width).map(|u| {
@@ -123,14 +128,16 @@ impl NotchEvidence {
         &self.score
     }
 
-    /// How much the stripe's cross-section differs in and near column `u_px` from that on both sides, in units of its own
-    /// noise: the sum of the centroid's unsigned z-score and the mean one of the two flanks, each at its largest within two
-    /// columns. Some 2.8 where the stripe only is brighter or darker, 4 to 7 at a seam.
+    /// What column `u_px` has beyond an edge between two brightnesses, in units of the stripe's own noise: the centroid's unsigned
+    /// z-score and the mean one of the two flanks, and by how much the dark line exceeds the step; each at its largest
+    /// within two columns. Some 2.8 where the stripe only is brighter or darker, 4 to 7 at a seam.
     #[must_use]
     pub fn relief(&self, u_px: f64) -> f32 {
         let u = u_px.round().max(0.0) as usize;
         let near = u.saturating_sub(RELIEF_REACH_PX)..(u + RELIEF_REACH_PX + 1).min(self.relief.len());
-        self.relief.get(near).map_or(0.0, |near| near.iter().copied().fold(0.0, f32::max))
+        let largest =
+            |values: &[f32]| values.get(near.clone()).map_or(0.0, |near| near.iter().copied().fold(0.0, f32::max));
+        largest(&self.relief) + (largest(&self.dip) - largest(&self.step)).max(0.0)
     }
 
     fn add_relief(&mut self, share: f32) {

@@ -329,7 +329,8 @@ impl Seeker {
         }
         let places: Vec<f64> = self.hairlines.iter().map(|(u_px, _)| *u_px).collect();
         let relief = self.hairlines.iter().map(|(_, relief)| relief).sum::<f64>() / places.len() as f64;
-        let has_relief = places.len() >= LEAST_RELIEF_FRAMES && relief >= LEAST_RELIEF;
+        // Who asks for a butt joint knows that there is one.
+        let has_relief = places.len() >= LEAST_RELIEF_FRAMES && (relief >= LEAST_RELIEF || self.kind.is_some());
         estimate.presence == SeamPresence::Present
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
