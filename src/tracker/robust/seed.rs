@@ -323,7 +323,8 @@ mod tests {
 
     #[test]
     fn each_joint_is_found_as_what_it_is_where_it_is() {
-        let joints: [(JointKind, fn(f64) -> Option<f64>); 4] =
+        type Row = fn(f64) -> Option<f64>;
+        let joints: [(JointKind, Row); 4] =
             [(JointKind::Butt, gap), (JointKind::Lap, step), (JointKind::VGroove, groove), (JointKind::Fillet, corner)];
         for (kind, row) in joints {
             let seeds = found(&drawn(row), None);
