@@ -160,14 +160,20 @@ mod tests {
 
     const STRIPE_ROW: f64 = 120.0;
 
-    /// What the gap of 14 px in the middle of a picture shows, whose stripe has `row(u)` and `grey(u)`.
-    fn shown(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+    /// A picture whose stripe has `row(u)` and `grey(u)`.
+    fn drawn(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GrayFrame {
         let mut frame = GrayFrame::filled(320, 240, 9).unwrap();
         for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
             let (u, v) = ((i % 320) as f64, (i / 320) as f64);
             let noise = ((i * 7919) % 13) as f64 / 6.0;
             *pixel = (9.0 + noise + grey(u) * (-0.5 * ((v - row(u)) / 2.4).powi(2)).exp()).min(255.0) as u8;
         }
+        frame
+    }
+
+    /// What the gap of 14 px in the middle of such a picture shows.
+    fn shown(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+        let frame = drawn(row, grey);
         let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
         let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
         assert!((fit.centre.u_px - 160.0).abs() < 1.5, "{fit:?}");
@@ -204,10 +210,15 @@ mod tests {
 
     #[test]
     fn what_lies_on_the_plate_is_a_bump_and_plate_between_two_marks_an_island() {
+        // The place of a gap is known; what is there is another thing.
+        let gap = drawn(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 });
+        let model = learn(&gap, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
+        let fit = model.fit(&gap, 160.0, 0.0, 12.0).unwrap();
+        let seen = |frame: &GrayFrame| gap_shows(frame, &fit, model.stripe_sd_px);
         let row = |u: f64| if in_gap(u) { STRIPE_ROW - 8.0 } else { STRIPE_ROW };
-        assert_eq!(shown(row, |_| 200.0), GapShows::Bump);
+        assert_eq!(seen(&drawn(row, |_| 200.0)), GapShows::Bump);
         let island = |u: f64| if in_gap(u) && (u - 160.0).abs() > 2.6 { 0.0 } else { 200.0 };
-        assert_eq!(shown(|_| STRIPE_ROW, island), GapShows::Plate);
+        assert_eq!(seen(&drawn(|_| STRIPE_ROW, island)), GapShows::Plate);
     }
 
     #[test]
