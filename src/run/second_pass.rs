@@ -8,7 +8,7 @@ use std::ops::Range;
 
 use super::RunError;
 use crate::source::{FrameSource, SizeCheck, SourceError, SourceFrame};
-use crate::tracker::{SeamEstimate, SeamPath, Session, SessionSettings};
+use crate::tracker::{SeamEstimate, SeamPath, Session, SessionSettings, Status};
 use crate::units::StripeAxis;
 
 /// Frames behind a gap from which the second pass sets out. Chosen: a hairline is found within 70 frames of where it
@@ -24,6 +24,9 @@ const USUAL_REPEATS: usize = 2;
 const LEAST_SHARED_FRAMES: usize = 3;
 /// How far apart the passes may be in the middle of those \[σ of both\].
 const AGREEMENT_SIGMAS: f64 = 3.0;
+/// Frames that a seam is followed after it is no longer there. Measured on a made-up hairline, of which the last frames were up
+/// to 5 px off; joints with edges are noticed at once.
+const UNNOTICED_FRAMES: usize = 6;
 /// Frames over which one pass goes over into the other. Chosen: no step shows.
 const BLEND_FRAMES: usize = 10;
 
@@ -73,6 +76,7 @@ fn follow_back(
 ) -> Result<Vec<Option<SeamEstimate>>, RunError> {
     let mut session = Session::new(settings)?;
     let mut path = SeamPath::default();
+    let mut is_seen = Vec::with_capacity(frames.len());
     let at_a_time = (MOST_BYTES / (size_px.0 * size_px.1).max(1)).max(LEAST_FRAMES);
     let mut end = frames.end;
     while end > frames.start {
@@ -85,13 +89,35 @@ fn follow_back(
                 _ => session.miss(-frame.time_s)?,
             };
             path.push(&estimate);
+            is_seen.push(estimate.status == Status::Tracked);
         }
         end = start;
     }
     let mut smoothed = path.smoothed()?;
+    drop_ends(&mut smoothed, &is_seen);
     smoothed.reverse();
     smoothed.resize(frames.len(), None);
     Ok(smoothed)
+}
+
+/// Takes away what lies beyond the last frame in which the seam was seen before the path ends: a gap between two sightings is
+/// bridged, what has but one of them is a guess.
+///
+/// A path that ends within the recording was followed too far before that was noticed: its last frames go too.
+fn drop_ends(path: &mut [Option<SeamEstimate>], is_seen: &[bool]) {
+    let ends: Vec<usize> = (1..path.len()).filter(|&i| path[i - 1].is_some() && path[i].is_none()).collect();
+    for end in ends {
+        path[end.saturating_sub(UNNOTICED_FRAMES)..end].fill(None);
+    }
+    let mut was_seen = false;
+    let mut next_is_there = false;
+    for (seam, &is_seen) in path.iter_mut().zip(is_seen).rev() {
+        was_seen = is_seen || (was_seen && next_is_there);
+        next_is_there = seam.is_some();
+        if !was_seen {
+            *seam = None;
+        }
+    }
 }
 
 /// For each frame whether its picture is one from before that was repeated too often.
