@@ -44,12 +44,6 @@ pub struct PixelRect {
 }
 
 impl PixelRect {
-    /// The same rectangle of the transposed image.
-    #[must_use]
-    pub const fn transposed(self) -> Self {
-        Self { u_px: self.v_px, v_px: self.u_px, width_px: self.height_px, height_px: self.width_px }
-    }
-
     /// Whether `point` lies in it.
     #[must_use]
     pub fn holds(self, point: PixelPoint) -> bool {

@@ -20,7 +20,7 @@ const BEND_PRICE: f32 = 0.05;
 const JUMP_PRICE: f32 = 3.0;
 
 /// What stands out is so many times the mean of all cells. Chosen: a stripe fills a hundredth of a picture.
-pub(super) const LEAST_OVER_MEAN: f32 = 6.0;
+const LEAST_OVER_MEAN: f32 = 6.0;
 
 /// The row of the stripe \[px\] in each column, also where it passes over a gap. None for a frame without contrast.
 #[must_use]
@@ -72,14 +72,24 @@ pub(super) fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f3
 
 /// The median over the columns of their strongest contrast \[grey\], of those that stand out: a stripe may be short.
 fn typical_ridge(contrast: &[f32], rows: usize) -> f32 {
-    let mean = contrast.iter().sum::<f32>() / contrast.len() as f32;
-    let mut strongest: Vec<f32> = contrast.chunks_exact(rows).map(|c| c.iter().copied().fold(0.0, f32::max)).collect();
-    strongest.retain(|&strong| strong > LEAST_OVER_MEAN * mean);
+    let mut strongest = strongest(contrast, rows);
+    let least = standing_out(contrast);
+    strongest.retain(|&strong| strong > least);
     if strongest.is_empty() {
         return 0.0;
     }
     let middle = strongest.len() / 2;
     *strongest.select_nth_unstable_by(middle, f32::total_cmp).1
+}
+
+/// The strongest contrast of each column \[grey\].
+pub(super) fn strongest(contrast: &[f32], rows: usize) -> Vec<f32> {
+    contrast.chunks_exact(rows).map(|column| column.iter().copied().fold(0.0, f32::max)).collect()
+}
+
+/// What a cell must exceed to stand out \[grey\].
+pub(super) fn standing_out(contrast: &[f32]) -> f32 {
+    LEAST_OVER_MEAN * (contrast.iter().sum::<f32>() / contrast.len() as f32)
 }
 
 /// The row of the best path in each column of cells.

@@ -4,7 +4,7 @@
 //! picture are of one stripe, unless a gap or a step longer than they are sets them apart; pieces that lie over one another
 //! are not.
 
-use super::stripe_path::{CELL_PX, LEAST_OVER_MEAN, contrast};
+use super::stripe_path::{CELL_PX, contrast, standing_out, strongest};
 use crate::frame::GrayFrame;
 use crate::units::PixelRect;
 
@@ -114,11 +114,10 @@ fn pieces(contrast: &[f32], rows: usize) -> Vec<Piece> {
 
 /// What a cell must have at least \[grey\]. Well lit is the best tenth of the columns: a stripe may be short.
 fn least_contrast(contrast: &[f32], rows: usize) -> f32 {
-    let mean = contrast.iter().sum::<f32>() / contrast.len() as f32;
-    let mut strongest: Vec<f32> = contrast.chunks_exact(rows).map(|c| c.iter().copied().fold(0.0, f32::max)).collect();
+    let mut strongest = strongest(contrast, rows);
     let rank = strongest.len() * 9 / 10;
     let well_lit = *strongest.select_nth_unstable_by(rank, f32::total_cmp).1;
-    (LEAST_OVER_MEAN * mean).max(LEAST_SHARE * well_lit).max(LEAST_CONTRAST_GREY)
+    standing_out(contrast).max(LEAST_SHARE * well_lit).max(LEAST_CONTRAST_GREY)
 }
 
 /// The rows of a column that have more than `least` and more than the rows beside them.

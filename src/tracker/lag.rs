@@ -65,13 +65,15 @@ impl Lag {
     }
 
     fn seam(&self, place: usize) -> Option<SeamEstimate> {
-        let chain: Vec<Links> = self.waiting.iter().skip(place).map_while(|links| *links).collect();
-        let first = chain.first()?;
-        let chain: Vec<Links> = chain.iter().take_while(|links| links.view == first.view).copied().collect();
-        let alongs: Vec<_> = chain.iter().map(|links| links.along).collect();
-        let acrosses: Vec<_> = chain.iter().map(|links| links.across).collect();
+        let first = self.waiting.get(place)?.as_ref()?;
+        let chain = || {
+            let followed = self.waiting.iter().skip(place).map_while(Option::as_ref);
+            followed.take_while(|links| links.view == first.view)
+        };
+        let alongs: Vec<_> = chain().map(|links| links.along).collect();
+        let acrosses: Vec<_> = chain().map(|links| links.across).collect();
         let (along, (v_px, across_px2)) = (first_of(&alongs)?, height::reading(&first_of(&acrosses)?));
-        let doubt_px2 = chain.last().map_or(0.0, |links| links.doubt_px2);
+        let doubt_px2 = chain().last().map_or(0.0, |links| links.doubt_px2);
         let along = (along.x[0], along.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2 + doubt_px2);
         path::estimate(along, (v_px, across_px2 + first.row_bias_px2), &first.view)
     }

@@ -16,21 +16,21 @@ const LEAST_DOMINANCE: f64 = 1.5;
 /// The direction in which the frame shows a smooth stripe; none when it shows none or both alike.
 #[must_use]
 pub fn find_axis(frame: &GrayFrame) -> Option<StripeAxis> {
-    let horizontal = smooth_columns(frame);
-    let vertical = smooth_columns(&frame.transposed());
+    let turned = frame.transposed();
+    let (horizontal, vertical) = (smooth_columns(frame), smooth_columns(&turned));
     let (axis, more, less) = if horizontal >= vertical {
         (StripeAxis::Horizontal, horizontal, vertical)
     } else {
         (StripeAxis::Vertical, vertical, horizontal)
     };
     let is_clear = more >= LEAST_SMOOTH_COLUMNS && more as f64 >= LEAST_DOMINANCE * less as f64;
-    if is_clear { Some(axis) } else { axis_of_stripes(frame) }
+    if is_clear { Some(axis) } else { axis_of_stripes(frame, &turned) }
 }
 
 /// The direction of short stripes in a large picture, which most columns and rows do not cross.
-fn axis_of_stripes(frame: &GrayFrame) -> Option<StripeAxis> {
+fn axis_of_stripes(frame: &GrayFrame, turned: &GrayFrame) -> Option<StripeAxis> {
     let lit_px = |frame: &GrayFrame| stripes(frame).iter().map(|stripe| stripe.lit_px).sum::<f64>();
-    let (horizontal, vertical) = (lit_px(frame), lit_px(&frame.transposed()));
+    let (horizontal, vertical) = (lit_px(frame), lit_px(turned));
     let clear = |more: f64, less: f64| more > LEAST_DOMINANCE * less;
     match (clear(horizontal, vertical), clear(vertical, horizontal)) {
         (true, _) => Some(StripeAxis::Horizontal),

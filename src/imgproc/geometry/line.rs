@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
+use super::peaks::median;
 use super::ridge::RidgePoint;
 
 /// A line v = `v_px` + `slope`·du + ½ `curvature_per_px`·du², du being the distance from a reference column.
@@ -260,11 +261,7 @@ fn typical_amplitude(points: &[RidgePoint], u0_px: f64, line: Line, reach_px: f6
     if near.len() <= 6 {
         near = points.iter().filter(on_line).map(|p| p.amplitude).collect();
     }
-    let middle = near.len() / 2;
-    if near.is_empty() {
-        return 0.0;
-    }
-    *near.select_nth_unstable_by(middle, f64::total_cmp).1
+    median(&mut near).unwrap_or(0.0)
 }
 
 #[cfg(test)]

@@ -4,6 +4,7 @@
 //! a butt joint: the stripe is missing there. But a gap has relief. Its bottom lies off the plates' lines, or its edges are
 //! bent; a mark lies on the line, and often the stripe is seen through it, only darker.
 
+use super::peaks::median;
 use super::ridge::{CrossSection, RidgePoint, Search, ridge};
 use super::{JointFit, Line};
 use crate::frame::GrayFrame;
@@ -102,8 +103,9 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     }
     let outer = |p: &RidgePoint| (p.u_px - fit.centre.u_px).abs() > 0.5 * half_px;
     let depth_sds = |is_outer: bool| {
-        let depths: Vec<f64> = inside.iter().filter(seen).filter(|p| outer(p) == is_outer).map(&off_sds).collect();
-        (depths.len() as f64 >= 0.5 * DECISIVE_SHARE * columns).then(|| median(depths))
+        let mut depths: Vec<f64> = inside.iter().filter(seen).filter(|p| outer(p) == is_outer).map(&off_sds).collect();
+        let is_enough = depths.len() as f64 >= 0.5 * DECISIVE_SHARE * columns;
+        median(&mut depths).filter(|_| is_enough)
     };
     if edges.gap_px >= LEAST_GROOVE_PX
         && let Some((rim, bottom)) = depth_sds(true).zip(depth_sds(false))
@@ -119,11 +121,6 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     } else {
         GapShows::Nothing
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// Whether enough of `columns` lie side by side, none of them next to an edge `half_px` away.

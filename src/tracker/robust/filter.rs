@@ -81,8 +81,8 @@ pub struct SeamFilter {
     speed: f64,
     parts: Parts,
     spaces: [StateSpace<4, 1>; MODELS],
-    /// The last step.
-    link: Link<4>,
+    /// The state before the last step, and what was predicted from it; none where the filter started.
+    step: Option<(Gaussian<4>, Imm<4, MODELS>)>,
 }
 
 impl SeamFilter {
@@ -104,7 +104,7 @@ impl SeamFilter {
         let start = Gaussian::new(vector![u_px, velocity_px, 0.0, 0.0], P)?;
         let speed = velocity_px.abs();
         let (imm, spaces) = (Imm::new(start, STAY)?, spaces(noise, speed, 1.0, parts)?);
-        Ok(Self { imm, noise, speed, parts, spaces, link: Link::first(start) })
+        Ok(Self { imm, noise, speed, parts, spaces, step: None })
     }
 
     /// The scale of the measurements' noise.
@@ -126,14 +126,17 @@ impl SeamFilter {
         self.speed = before.x[1].abs().max(SPEED_MEMORY.powf(beats) * self.speed);
         self.spaces = spaces(self.noise, self.speed, beats, self.parts)?;
         self.imm = self.imm.predict_over(&self.spaces, beats);
-        self.link = Link::predicted(&before, &self.imm.transition_matrix(&self.spaces), self.imm.output());
+        self.step = Some((before, self.imm));
         Ok(())
     }
 
     /// The last step, as a smoother takes it.
     #[must_use]
     pub fn link(&self) -> Link<4> {
-        Link { posterior: self.imm.output(), ..self.link }
+        let posterior = self.imm.output();
+        let Some((before, predicted)) = &self.step else { return Link::first(posterior) };
+        let link = Link::predicted(before, &predicted.transition_matrix(&self.spaces), predicted.output());
+        Link { posterior, ..link }
     }
 
     /// Mean and variance of the position \[px, px²\].

@@ -5,6 +5,8 @@
 //! both. How much they shake is measured on the recording ([`Roughness`]).
 #![expect(non_snake_case, reason = "covariances carry the literature's letters")]
 
+use nalgebra::Matrix3;
+
 use super::roughness::{Roughness, third_difference_gain};
 use crate::kalman::{ColouredMeasurement, Gaussian, InvalidParameter, Link};
 use crate::tracker::TrackerError;
@@ -49,8 +51,8 @@ pub struct Height {
     state: Gaussian<3>,
     roughness: Roughness,
     mean_R_px2: f64,
-    /// The last step.
-    link: Link<3>,
+    /// The state before the last step, F, and what was predicted; none where the filter started.
+    step: Option<(Gaussian<3>, Matrix3<f64>, Gaussian<3>)>,
 }
 
 impl Height {
@@ -60,7 +62,7 @@ impl Height {
     /// When a number is not finite.
     pub fn start((v_px, R_px2): Reading) -> Result<Self, TrackerError> {
         let state = start(v_px, R_px2, FIRST_SHAKING_PX2)?;
-        Ok(Self { state, roughness: Roughness::default(), mean_R_px2: R_px2, link: Link::first(state) })
+        Ok(Self { state, roughness: Roughness::default(), mean_R_px2: R_px2, step: None })
     }
 
     /// Goes `beats` on.
@@ -71,7 +73,7 @@ impl Height {
         let space = model(self.shaking_px2(), self.mean_R_px2)?.state_space(beats)?;
         let before = self.state;
         self.state = before.predict(&space);
-        self.link = Link::predicted(&before, &space.F, self.state);
+        self.step = Some((before, space.F, self.state));
         Ok(())
     }
 
@@ -87,15 +89,16 @@ impl Height {
         let update = self.state.update(&space, &[Some(v_px)], None)?;
         let jumped = update.nis.is_some_and(|nis| nis > JUMP_NIS);
         if jumped {
-            self.link.gain = None;
+            self.step = None;
         }
         self.state = if jumped { start(v_px, R_px2, self.shaking_px2())? } else { update.posterior };
         Ok(())
     }
 
     /// The last step, as a smoother takes it.
-    pub const fn link(&self) -> Link<3> {
-        Link { posterior: self.state, ..self.link }
+    pub fn link(&self) -> Link<3> {
+        let Some((before, F, prior)) = &self.step else { return Link::first(self.state) };
+        Link { posterior: self.state, ..Link::predicted(before, F, *prior) }
     }
 
     /// The coordinate across the stripe.
