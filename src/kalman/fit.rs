@@ -25,6 +25,15 @@ pub struct Filtered<const N: usize, const M: usize> {
     pub trajectory: Trajectory<N, M>,
 }
 
+impl<const N: usize, const M: usize> Filtered<N, M> {
+    /// The state in each frame given the whole series; none before the first measurement.
+    #[must_use]
+    pub fn smoothed(&self) -> Vec<Option<Gaussian<N>>> {
+        let states = smoother::bryson_frazier(&self.trajectory).into_iter().map(Some);
+        std::iter::repeat_n(None, self.first).chain(states).collect()
+    }
+}
+
 /// Starts `model` from the first measurements of a series and filters the rest.
 ///
 /// # Errors
@@ -96,9 +105,7 @@ pub fn smooth_seam(
     let model = fit_seam(model, frames, gate)?;
     let run = filter(&model, frames, gate)?;
     let log_likelihood = run.trajectory.log_likelihood();
-    let smoothed = smoother::bryson_frazier(&run.trajectory).into_iter().map(Some);
-    let states = std::iter::repeat_n(None, run.first).chain(smoothed).collect();
-    Ok(SmoothedSeam { model, log_likelihood, states })
+    Ok(SmoothedSeam { model, log_likelihood, states: run.smoothed() })
 }
 
 /// The model with the process noise that makes the series most likely.

@@ -84,12 +84,6 @@ impl<const M: usize> Frame<M> {
     pub const fn new(dt_s: f64, z: [Option<f64>; M]) -> Self {
         Self { dt_s, z, R: None }
     }
-
-    /// Whether any row was measured.
-    #[must_use]
-    pub fn is_measured(&self) -> bool {
-        self.z.iter().flatten().any(|value| value.is_finite())
-    }
 }
 
 impl<const N: usize, const M: usize> Trajectory<N, M> {

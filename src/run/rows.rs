@@ -35,8 +35,14 @@ pub fn row(frame: usize, file: String, time_s: f64, estimate: Option<&Estimate>,
         ..PathRow::empty(frame, file, time_s, status)
     };
     let Some(ruler) = ruler else { return row };
-    let row = section.map_or(row.clone(), |section| measured(row, &section, ruler));
-    seam.map_or(row.clone(), |seam| positioned(row, &seam, ruler))
+    let row = match section {
+        Some(section) => measured(row, &section, ruler),
+        None => row,
+    };
+    match seam {
+        Some(seam) => positioned(row, &seam, ruler),
+        None => row,
+    }
 }
 
 /// What a welder buys.

@@ -5,11 +5,13 @@
 //!
 //! | file | what it does |
 //! |---|---|
+//! | `estimate` | what is said of a frame |
 //! | `session`, `clock` | frames in, estimates out; time, repeated and frozen pictures |
 //! | `view`, `orientation` | the picture as a method sees it: stripe along the rows, raster that fits the joint |
 //! | `paper` | the method of Du 2022 |
 //! | `robust` | our own |
 //! | `hairline`, `grid`, `grid_smooth` | joints that have neither edges nor a corner |
+//! | `profile`, `measures` | the joint's lines in millimetres, and what can be measured of it |
 //! | `path` | the smoother over a whole recording |
 //! | `lag` | the smoother a few frames behind a session |
 

@@ -11,7 +11,7 @@ use super::robust::filter::{self, PROCESS_NOISE, VIBRATION_VARIANCE_PX2};
 use super::robust::height::{self, Reading};
 use super::robust::noise::WHITE_VARIANCE_PX2;
 use super::view::View;
-use crate::kalman::{ChiSquareGate, Filtered, Frame, Gaussian, fit, smoother};
+use crate::kalman::{ChiSquareGate, Frame, Gaussian, fit};
 use crate::units::PixelPoint;
 
 /// σ above which a smoothed value is not given, in pixels of the view: it bridges short gaps, not long absences.
@@ -203,7 +203,7 @@ impl SeamPath {
         let states = if self.fits_process_noise {
             fit::smooth_seam(&model, frames, gate)?.states
         } else {
-            whole(fit::filter(&model, frames, gate)?)
+            fit::filter(&model, frames, gate)?.smoothed()
         };
         let position = |state: Gaussian<3>| (state.x[0], state.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2);
         Ok(states.into_iter().map(|state| state.map(position)).collect())
@@ -211,7 +211,7 @@ impl SeamPath {
 
     fn smoothed_across(&self, joint: &Joint, frames: &[Frame<1>]) -> Result<Vec<Option<Reading>>, TrackerError> {
         let model = height::model(joint.mean(joint.shaking_px2, height::FIRST_SHAKING_PX2), WHITE_VARIANCE_PX2)?;
-        let states = whole(fit::filter(&model, frames, Some(ChiSquareGate::<1>::P99))?);
+        let states = fit::filter(&model, frames, Some(ChiSquareGate::<1>::P99))?.smoothed();
         let reading = |state: Gaussian<3>| {
             let (v_px, variance_px2) = height::reading(&state);
             (v_px, variance_px2 + joint.row_bias_px2)
@@ -227,12 +227,6 @@ fn row(beats: f64, reading: Option<Reading>) -> Frame<1> {
         z: [reading.map(|(px, _)| px)],
         R: reading.map(|(_, variance_px2)| SMatrix::from_element(variance_px2)),
     }
-}
-
-/// The states given the whole series; none before the first measurement.
-fn whole<const N: usize>(run: Filtered<N, 1>) -> Vec<Option<Gaussian<N>>> {
-    let states = smoother::bryson_frazier(&run.trajectory).into_iter().map(Some);
-    std::iter::repeat_n(None, run.first).chain(states).collect()
 }
 
 /// The seam from its coordinates in the view, if they are sure enough to be told.

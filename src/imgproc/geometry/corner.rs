@@ -59,7 +59,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         corner_u += du;
         let sides = [left.line.moved(du), right.line.moved(du)];
         priors = [Line { v_px, ..model.left }, Line { v_px, ..model.right }];
-        let variances_px2 = [left.variance_px2, right.variance_px2];
+        let variances_px2 = [left.covariance[(0, 0)], right.covariance[(0, 0)]];
         result = Ok(JointFit {
             centre: PixelPoint::new(corner_u, v_px),
             left: sides[0],

@@ -5,6 +5,7 @@
 //! pixel first, then every quarter of one round the best place.
 
 use std::ops::Range;
+use std::sync::LazyLock;
 
 /// Steps of the fine search a pixel; the coarse one takes whole pixels.
 const STEPS_PER_PX: isize = 4;
@@ -13,6 +14,13 @@ const FINE_REACH: isize = 6;
 /// Width of an edge's transition \[px\], and how far from it a column is all lit or all dark \[px\].
 const EDGE_WIDTH_PX: f64 = 0.5;
 const EDGE_REACH_PX: isize = 3;
+/// How lit a column is before an edge, by how many steps the edge lies beyond it, from the farthest behind it on.
+static EDGE: LazyLock<[f64; (STEPS_PER_PX * (2 * EDGE_REACH_PX + 2)) as usize]> = LazyLock::new(|| {
+    std::array::from_fn(|i| {
+        let ahead_px = (i as isize - STEPS_PER_PX * (EDGE_REACH_PX + 1)) as f64 / STEPS_PER_PX as f64;
+        1.0 / (1.0 + (-ahead_px / EDGE_WIDTH_PX).exp())
+    })
+});
 /// Bound of a column's squared mismatch.
 const TRUNCATION: f64 = 0.8;
 /// Weight and SD of the prior on the middle. Prototype: weak, so that the fit follows a moving seam.
@@ -86,8 +94,7 @@ impl Presence {
         let (before, behind) = if lit_before { (&self.if_lit, &self.if_dark) } else { (&self.if_dark, &self.if_lit) };
         let mut sum = before[near] - before[columns.start] + behind[columns.end] - behind[far];
         for x in near..far {
-            let ahead_px = step as f64 / STEPS_PER_PX as f64 - x as f64;
-            let before = 1.0 / (1.0 + (-ahead_px / EDGE_WIDTH_PX).exp());
+            let before = EDGE[(step - STEPS_PER_PX * (x as isize - EDGE_REACH_PX - 1)) as usize];
             sum += mismatch(if lit_before { before } else { 1.0 - before }, self.lit[x], self.weight[x]);
         }
         sum

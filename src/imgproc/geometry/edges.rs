@@ -99,7 +99,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         shown: [left.shown, right.shown],
         support: left.support.min(right.support),
         residual_px: left.residual_px.max(right.residual_px),
-        across_variance_px2: 0.25 * (left.variance_px2 + right.variance_px2) + droop_px2,
+        across_variance_px2: 0.25 * (left.covariance[(0, 0)] + right.covariance[(0, 0)]) + droop_px2,
         along_variance_px2: EVEN_VARIANCE_PX2 + found.variance_px2,
         edges: Some(EdgeQuality {
             gap_px: found.right_du - found.left_du,

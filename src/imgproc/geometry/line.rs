@@ -103,9 +103,7 @@ pub struct SideFit {
     pub support: f64,
     /// Weighted RMS distance from the line \[px\].
     pub residual_px: f64,
-    /// Variance of the line's row at the reference column \[px²\], slope and curvature as unsure as they are.
-    pub variance_px2: f64,
-    /// Covariance of row \[px\] and slope at the reference column.
+    /// Covariance of row \[px\] and slope at the reference column, slope and curvature as unsure as they are.
     pub covariance: Matrix2<f64>,
     /// Median amplitude of the good columns near the seam \[grey\].
     pub amplitude: f64,
@@ -164,7 +162,6 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, known: Knowledge, rea
         shown: round.shown(),
         support: total / points.len() as f64,
         residual_px,
-        variance_px2: covariance[(0, 0)],
         covariance: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
         amplitude: typical_amplitude(points, u0_px, line, reach_px),
     })

@@ -192,7 +192,7 @@ const LEAST_GAP_SD_PX: f64 = 1.6;
 const GAP_RATE: f64 = 0.15;
 const GAP_SD_RATE: f64 = 0.06;
 /// Variance along the stripe of a fit on an even stripe \[px²\]. Prototype.
-const EVEN_VARIANCE_PX2: f64 = 0.1;
+pub const EVEN_VARIANCE_PX2: f64 = 0.1;
 
 /// What a fit must show to be believed by itself. Chosen between clean and disturbed frames.
 const CLEAR_SUPPORT: f64 = 0.5;

@@ -20,7 +20,8 @@ impl Doubter {
     /// A seeker by the settings, but for the joint.
     pub fn new(settings: &RobustSettings) -> Self {
         let open = RobustSettings { joint: None, ..settings.clone() };
-        Self { levels: Levels::new(&open, true), looked_at: 0, seen: None }
+        // A break of the stripe is a part of every joint: a hairline would tell nothing.
+        Self { levels: Levels::without_hairlines(&open, true), looked_at: 0, seen: None }
     }
 
     /// Looks at the next frame.

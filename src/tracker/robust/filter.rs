@@ -45,7 +45,7 @@ pub const START_VELOCITY_VARIANCE: f64 = 16.0;
 /// Variance of the start acceleration \[px²/beat⁴\]. Chosen: a third of a bend's.
 const START_ACCELERATION_VARIANCE: f64 = 0.0025;
 
-/// One model with process noise `q`, in pixels and frames; `white_variance_px2` is R, and `colour_scale` scales the
+/// One model with process noise `q`, in pixels and beats; `white_variance_px2` is R, and `colour_scale` scales the
 /// coloured noise's variance.
 ///
 /// # Errors

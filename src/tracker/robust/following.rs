@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::RobustSettings;
 use super::geometry::GeometryEye;
 use super::hairline::HairlineEye;
 use super::height::Height;
@@ -10,13 +11,12 @@ use super::noise::{NoiseScale, expected_scale};
 use super::part::{Part, Parts};
 use super::seed::Seed;
 use super::sighting::{Sighting, Unsighted};
-use super::{RobustSettings, status};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, Refusal};
 use crate::kcf::Kcf;
 use crate::tracker::TrackerError;
-use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate};
+use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate, Status};
 use crate::tracker::hairline::HairlineTracker;
 use crate::tracker::lag::Links;
 use crate::tracker::path::{Event, Measured, Memory, REMEMBERED};
@@ -415,7 +415,7 @@ impl Following {
         };
         let has_value = next == Next::Follow && !self.judge.is_doubtful();
         let estimate = Estimate {
-            status: if has_value { status(measured.is_some(), next) } else { unseen(true) },
+            status: if has_value && measured.is_some() { Status::Tracked } else { unseen(!has_value) },
             seam: has_value.then(|| self.seam()),
             kcf,
             nis,

@@ -36,17 +36,21 @@ pub struct Levels {
 impl Levels {
     /// Looks for the joint of the settings, or for any; `untouched` when no weld can have been begun.
     pub fn new(settings: &RobustSettings, untouched: bool) -> Self {
-        let level = |coarseness: usize| {
-            let seeker = Seeker::new(settings.joint, settings.parts, untouched, coarseness == 1);
-            (Raster::coarser(coarseness), seeker)
-        };
-        Self { levels: COARSENESS.map(level).into() }
+        Self::of(|coarseness| Seeker::new(settings.joint, settings.parts, untouched, coarseness == 1))
+    }
+
+    /// The same but for hairlines.
+    pub fn without_hairlines(settings: &RobustSettings, untouched: bool) -> Self {
+        Self::of(|_| Seeker::new(settings.joint, settings.parts, untouched, false))
     }
 
     /// Looks for the joint of the settings, or for any, beside one that is known and not seen.
     pub fn rival(settings: &RobustSettings) -> Self {
-        let level = |coarseness| (Raster::coarser(coarseness), Seeker::rival(settings.joint, settings.parts));
-        Self { levels: COARSENESS.map(level).into() }
+        Self::of(|_| Seeker::rival(settings.joint, settings.parts))
+    }
+
+    fn of(seeker: impl Fn(usize) -> Seeker) -> Self {
+        Self { levels: COARSENESS.map(|coarseness| (Raster::coarser(coarseness), seeker(coarseness))).into() }
     }
 
     /// The user knows where the seam is in the next frame.

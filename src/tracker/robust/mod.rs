@@ -41,7 +41,7 @@ use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
 use super::lag::Links;
 use super::path::{Event, Memory, REMEMBERED};
-use super::session::{Follow, unseen};
+use super::session::Follow;
 use super::view::{Field, View};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
@@ -131,7 +131,7 @@ impl RobustTracker {
         let Phase::Seeking(places) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
         let (part, raster, found) = places.look(frame);
         if let (Found::Nothing { .. }, Some((place, elsewhere))) = (&found, places.asked_in_vain()) {
-            let view = View::of_part(field, None, Raster::PICTURE);
+            let view = View::new(field, Raster::PICTURE);
             return Err(TrackerError::NothingAtSeed {
                 seed: view.picture_from_view(place),
                 frames: ASKED_FRAMES,
@@ -348,14 +348,5 @@ impl Follow for RobustTracker {
 
     fn joint(&self) -> Option<&JointDecision> {
         self.joint.as_ref()
-    }
-}
-
-/// The status of a seam that was seen, or not.
-const fn status(is_seen: bool, next: Next) -> Status {
-    match next {
-        Next::Follow if is_seen => Status::Tracked,
-        Next::Follow => unseen(false),
-        Next::Search | Next::Seek => unseen(true),
     }
 }

@@ -5,10 +5,10 @@
 
 use super::filter::{COLOUR_COEFFICIENT, COLOUR_VARIANCE_PX2};
 use super::roughness::{Roughness, third_difference_gain};
-use crate::imgproc::geometry::JointFit;
+use crate::imgproc::geometry::{EVEN_VARIANCE_PX2, JointFit};
 
-/// White part of R of a fit \[px²\]. Prototype.
-pub const WHITE_VARIANCE_PX2: f64 = 0.1;
+/// White part of R of a fit \[px²\]: what a fit on an even stripe says of itself.
+pub const WHITE_VARIANCE_PX2: f64 = EVEN_VARIANCE_PX2;
 /// Edge cost of an undisturbed fit, and how R grows with the square of what is above it \[px²\]. Tuned: at a cost of
 /// 0.02 the squared error is some 1 px², at 0.05 some 5 px².
 const USUAL_COST: f64 = 0.005;

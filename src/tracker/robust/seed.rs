@@ -78,15 +78,23 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         // A groove's root bends as much as both its shoulders together.
         seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
     }
+    if !kind.is_none_or(JointKind::has_edges) {
+        return seeds;
+    }
     // The median of three keeps joints that are only a few columns wide.
     let settings = SeedSettings { median_columns: 3, ..SeedSettings::default() };
     let candidates = seam_candidates(line, &settings);
+    let strong =
+        candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| (features.centre(), wide_gap_px(features)));
+    let places = strong.chain(notches(line).into_iter().map(|place| (place, None)));
+    let learned: Vec<(Learned, Option<f64>)> =
+        places.filter_map(|(place, wide_px)| Some((beside(frame, place)?, wide_px))).collect();
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
-        let strong = || candidates.iter().take(MOST_CANDIDATES).map(|(features, _)| features);
-        let places = strong().map(SeamFeatures::centre).chain(notches(line)).map(|place| (place, None));
-        let wide = strong().filter(|_| tried == JointKind::Butt).filter_map(wide_gap);
+        let unknown = learned.iter().map(|(learned, _)| (learned, None));
+        let wide = learned.iter().filter(|(_, wide_px)| tried == JointKind::Butt && wide_px.is_some());
         let open = kind.is_none();
-        let found = places.chain(wide).filter_map(|(place, gap_px)| edges(frame, place, gap_px, tried, open));
+        let all = unknown.chain(wide.map(|(learned, wide_px)| (learned, *wide_px)));
+        let found = all.filter_map(|(learned, gap_px)| edges(frame, learned, gap_px, tried, open));
         seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed)).collect(), score));
     }
     seeds
@@ -95,8 +103,9 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
 /// The joint where the user says it is.
 pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Option<Seed> {
     let with_edges = |kind: Option<JointKind>| {
+        let learned = beside(frame, place)?;
         let tried = EDGED.into_iter().filter(|&tried| kind.is_none_or(|kind| kind == tried));
-        best(tried.filter_map(|tried| edges(frame, place, None, tried, kind.is_none())))
+        best(tried.filter_map(|tried| edges(frame, &learned, None, tried, kind.is_none())))
     };
     let seed = match kind {
         Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
@@ -136,11 +145,11 @@ fn half_px(seed: &Seed) -> f64 {
     seed.model.half_width_px.unwrap_or(0.5 * gap_px) + LEAST_APART_PX
 }
 
-/// The middle and the width of a wide gap between level plates; its bottom may show.
-fn wide_gap(features: &SeamFeatures) -> Option<(PixelPoint, Option<f64>)> {
+/// The width of a wide gap between level plates; its bottom may show.
+fn wide_gap_px(features: &SeamFeatures) -> Option<f64> {
     let gap_px = features.behind.u_px - features.before.u_px;
     let level = (features.behind.v_px - features.before.v_px).abs() < classify::LAP_STEP_PX;
-    (level && gap_px >= WIDE_GAP_PX).then(|| (features.centre(), Some(gap_px)))
+    (level && gap_px >= WIDE_GAP_PX).then_some(gap_px)
 }
 
 /// Whether the stripe goes on through what should be a gap, without a jump: a groove's flanks and its bead do.
@@ -154,10 +163,16 @@ fn is_bridged(line: &Centreline, seed: &Seed) -> bool {
     rows.len() as f64 > BRIDGED_SHARE * width as f64 && !jumps
 }
 
-/// A joint with edges at `place`, fitted with the first gap of kind `tried` or the one that is known; its step says
-/// which kind it is, if that is open.
-fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: JointKind, open: bool) -> Option<Seed> {
-    let mut seed = refine(frame, place, gap_px, tried)?;
+/// The stripe beside the edges at `place`: the same for every kind that has some.
+fn beside(frame: &GrayFrame, place: PixelPoint) -> Option<Learned> {
+    learn(frame, place, EDGED[0])
+}
+
+/// A joint with edges where the stripe beside them was learned, fitted with the first gap of kind `tried` or the one that is
+/// known; its step says which kind it is, if that is open.
+fn edges(frame: &GrayFrame, learned: &Learned, gap_px: Option<f64>, tried: JointKind, open: bool) -> Option<Seed> {
+    let model = JointModel { kind: tried, gap_px, ..learned.model.clone() };
+    let mut seed = fitted(frame, model, learned.place)?;
     if open {
         seed.model.kind = classify::kind_with_edges(&seed);
     }
@@ -171,29 +186,33 @@ fn edges(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, tried: Joint
 /// shoulders.
 fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
     if let Some(kind) = kind {
-        return refine(frame, place, None, kind);
+        return refine(frame, place, kind);
     }
-    let groove = refine(frame, place, None, JointKind::VGroove).filter(classify::is_groove);
+    let groove = refine(frame, place, JointKind::VGroove).filter(classify::is_groove);
     groove.or_else(|| {
         let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
-        let fillet = refine(frame, place, None, JointKind::Fillet).filter(classify::is_corner);
+        let fillet = refine(frame, place, JointKind::Fillet).filter(classify::is_corner);
         // A shoulder has a plate on one side and but a flank on the other.
         fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && seed.fit.support > LEAST_LEG_SUPPORT)
     })
 }
 
 /// Learns the cross-section round `place` and fits it there.
-fn refine(frame: &GrayFrame, place: PixelPoint, gap_px: Option<f64>, kind: JointKind) -> Option<Seed> {
+fn refine(frame: &GrayFrame, place: PixelPoint, kind: JointKind) -> Option<Seed> {
     let Learned { model, place } = learn(frame, place, kind)?;
+    fitted(frame, model, place)
+}
+
+/// Fits a cross-section that was learned from the same frame near `place`.
+fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option<Seed> {
     let known = model.known;
-    let mut model = JointModel { gap_px, ..model };
     let fit_again = |model: &mut JointModel, place: PixelPoint| {
         let fit = model.fit(frame, place.u_px, 0.0, SEARCH_PX).ok().filter(|fit| fit.refusal().is_none())?;
         model.learn(&fit);
         Some(fit)
     };
     let mut fit = fit_again(&mut model, place)?;
-    if kind == JointKind::Fillet {
+    if model.kind == JointKind::Fillet {
         // Straight lines put on a curved plate meet with a bend. Looked at again, they bend themselves, and it goes.
         for _ in 0..CURVING_FITS {
             fit = fit_again(&mut model, fit.centre)?;

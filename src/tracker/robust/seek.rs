@@ -28,11 +28,9 @@ const RIVAL_PX: f64 = 12.0;
 const AGREEMENT_PX: f64 = 4.0;
 const MOTION_PX: f64 = 1.5;
 /// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
-/// over the frames that would confirm it \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
-/// of .02 to .12 px against .3 px and more.
-const FIXED_RANGE_PX: f64 = 0.5;
-/// The same for what shows no relief, and for a hairline, over as many frames as are remembered: speckle moves their place, so
-/// that means of some frames are compared.
+/// over the frames that are remembered \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
+/// of .02 to .12 px against .3 px and more. Speckle moves the place of what shows no relief, and that of a hairline, so that
+/// means of some frames are compared.
 const FIXED_FLAT_PX: f64 = 0.5;
 const FIXED_HAIRLINE_PX: f64 = 1.5;
 const REMEMBERED_FRAMES: usize = 24;
@@ -302,7 +300,7 @@ impl Seeker {
         };
         let seeds = self.recent.iter().flatten().map(|other| &other.seed);
         let places: Vec<f64> = seeds.filter(near).map(|other| other.fit.centre.u_px).collect();
-        range(places.iter().copied()) > FIXED_RANGE_PX && range(means(&places)) > FIXED_FLAT_PX
+        range(means(&places)) > FIXED_FLAT_PX
     }
 
     /// The most frames whose seeds lie on one line in time with `seed`.
