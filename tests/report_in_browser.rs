@@ -62,6 +62,15 @@ fn shown_frame(page: &mut Page) -> String {
     page.evaluate("document.querySelector('#viewer b').textContent").as_str().unwrap().to_owned()
 }
 
+/// The page of a made-up run of so many frames, in a folder of its own.
+fn report(frames: usize) -> (tempfile::TempDir, PathBuf) {
+    let dir = tempfile::tempdir().unwrap();
+    write_run(dir.path(), frames, GOOD, true);
+    let file = dir.path().join("report.html");
+    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    (dir, file)
+}
+
 fn assert_quiet_and_offline(page: &Page, file: &Path) {
     assert_eq!(page.complaints(), Vec::<String>::new());
     let own = format!("file://{}", file.display());
@@ -71,10 +80,7 @@ fn assert_quiet_and_offline(page: &Page, file: &Path) {
 #[test]
 fn the_report_is_drawn_offline_without_complaint_and_nothing_is_cut_off() {
     let Some(mut page) = page() else { return };
-    let dir = tempfile::tempdir().unwrap();
-    write_run(dir.path(), 250, GOOD, true);
-    let file = dir.path().join("report.html");
-    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    let (_dir, file) = report(250);
     for (window, scheme) in WINDOWS.into_iter().flat_map(|window| [(window, "light"), (window, "dark")]) {
         page.show(&file, window, scheme);
         let drawn = page
@@ -104,10 +110,7 @@ fn the_report_is_drawn_offline_without_complaint_and_nothing_is_cut_off() {
 #[test]
 fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
     let Some(mut page) = page() else { return };
-    let dir = tempfile::tempdir().unwrap();
-    write_run(dir.path(), 250, GOOD, true);
-    let file = dir.path().join("report.html");
-    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    let (_dir, file) = report(250);
     page.show(&file, WINDOWS[0], "light");
 
     let quarter = centre_of(&mut page, "#plot-path svg.chart:last-child", 0.25);
@@ -163,10 +166,7 @@ fn hovering_and_clicking_a_plot_shows_that_frame_and_dragging_zooms() {
 #[test]
 fn keys_hide_curves_the_axis_changes_its_unit_and_a_frame_has_an_address() {
     let Some(mut page) = page() else { return };
-    let dir = tempfile::tempdir().unwrap();
-    write_run(dir.path(), 250, GOOD, true);
-    let file = dir.path().join("report.html");
-    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    let (_dir, file) = report(250);
     page.show(&file, WINDOWS[0], "light");
 
     let curves =
@@ -214,10 +214,7 @@ fn keys_hide_curves_the_axis_changes_its_unit_and_a_frame_has_an_address() {
 #[test]
 fn a_page_of_ten_thousand_frames_is_drawn_within_its_size() {
     let Some(mut page) = page() else { return };
-    let dir = tempfile::tempdir().unwrap();
-    write_run(dir.path(), 10_000, GOOD, true);
-    let file = dir.path().join("report.html");
-    write_report(&file, &Run::read(dir.path()).unwrap(), DEFAULT_MAX_BYTES).unwrap();
+    let (_dir, file) = report(10_000);
     let bytes = std::fs::metadata(&file).unwrap().len();
     assert!(bytes <= DEFAULT_MAX_BYTES as u64, "{bytes} bytes");
     page.show(&file, WINDOWS[1], "light");

@@ -24,12 +24,17 @@ fn growth(session: &mut Session, scene: &Scene, frames: Range<usize>) -> i64 {
     bytes
 }
 
-#[test]
-fn a_session_holds_no_more_after_240_frames_than_after_120() {
+/// A recording of 240 frames, and a session that has seen none of them.
+fn recording() -> (Scene, Session) {
     let mut scenario = builtin::scenario("H-butt-covers").unwrap();
     (scenario.frames, scenario.image.width_px, scenario.image.height_px) = (240, 400, 300);
-    let scene = Scene::new(&scenario, 1).unwrap();
-    let mut session = Session::new(&SessionSettings::new(Config::default().method().unwrap())).unwrap();
+    let settings = SessionSettings::new(Config::default().method().unwrap());
+    (Scene::new(&scenario, 1).unwrap(), Session::new(&settings).unwrap())
+}
+
+#[test]
+fn a_session_holds_no_more_after_240_frames_than_after_120() {
+    let (scene, mut session) = recording();
     growth(&mut session, &scene, 0..120);
     let later = growth(&mut session, &scene, 120..240);
     assert!(later < 64 * 1024, "120 frames left {later} bytes");
@@ -54,10 +59,7 @@ fn most_allocations(session: &mut Session, scene: &Scene, frames: Range<usize>) 
 
 #[test]
 fn a_step_allocates_no_more_often_late_in_a_recording_than_early() {
-    let mut scenario = builtin::scenario("H-butt-covers").unwrap();
-    (scenario.frames, scenario.image.width_px, scenario.image.height_px) = (240, 400, 300);
-    let scene = Scene::new(&scenario, 1).unwrap();
-    let mut session = Session::new(&SessionSettings::new(Config::default().method().unwrap())).unwrap();
+    let (scene, mut session) = recording();
     for frames in [0..120, 120..240] {
         let most = most_allocations(&mut session, &scene, frames);
         assert!(most.iter().zip(MOST_ALLOCATIONS).all(|(count, most)| *count <= most), "{most:?}");

@@ -1,38 +1,19 @@
 //! Made-up recordings: what a renderer must keep to be trusted.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod bare;
+
 use std::path::Path;
 
+use bare::{bare, ridge};
 use rayon::prelude::*;
 use seamtrack::frame::GrayFrame;
-use seamtrack::synth::scenario::{
-    Butt, Edges, Joint, Lap, Ramp, Recorder, Sensor, Severity, Spatter, Stripe, Vibration,
-};
+use seamtrack::synth::scenario::{Butt, Joint, Lap, Ramp, Recorder, Spatter};
 use seamtrack::synth::{Scenario, Scene, builtin};
 use seamtrack::units::{PixelPoint, StripeAxis};
 
 fn built_in(name: &str) -> Scenario {
     builtin::scenario(name).unwrap()
-}
-
-/// The scene without anything random in it.
-fn bare(name: &str) -> Scenario {
-    Scenario {
-        variation: 0.0,
-        severity: Severity::Clean,
-        edges: Edges { raggedness_px: 0.0, ..Edges::default() },
-        vibration: Vibration { along_px: 0.0, across_px: 0.0, ..Vibration::default() },
-        stripe: Stripe { speckle: 0.0, reflectance: 0.0, wings: 0.0, tilt: 0.0, ..Stripe::default() },
-        sensor: Sensor {
-            texture_grey: 0.0,
-            read_noise_grey: 0.0,
-            shot_noise_grey: 0.0,
-            column_noise_grey: 0.0,
-            exposure: 0.0,
-            ..Sensor::default()
-        },
-        ..built_in(name)
-    }
 }
 
 /// Grey over the background, summed over a band of rows, for each column.
@@ -165,13 +146,6 @@ fn half_the_gain_is_half_the_light_and_thicker_spatter_covers_more() {
     }
     let lit = |frame: &GrayFrame| frame.pixels().iter().filter(|grey| **grey > 60).count();
     assert!(lit(&frame(1.0, 3.0)) > 2 * lit(&full));
-}
-
-/// Centroid row of a column.
-fn ridge(frame: &GrayFrame, u: usize) -> f64 {
-    let light = |v: usize| f64::from(frame.row(v)[u].saturating_sub(9));
-    let sum: f64 = (0..frame.height_px()).map(light).sum();
-    (0..frame.height_px()).map(|v| v as f64 * light(v)).sum::<f64>() / sum
 }
 
 fn intersection_of_lines(frame: &GrayFrame, left: [usize; 2], right: [usize; 2]) -> PixelPoint {

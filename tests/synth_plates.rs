@@ -1,6 +1,9 @@
 //! The families of difficult plates: what is drawn over a scene must not move its truth, and must be where it says.
 #![expect(clippy::unwrap_used, reason = "a test that cannot go on has failed")]
 
+mod bare;
+
+use bare::{light, ridge};
 use rayon::prelude::*;
 use seamtrack::eval::read_truth;
 use seamtrack::frame::GrayFrame;
@@ -9,45 +12,18 @@ use seamtrack::synth::families::plate_scenes;
 use seamtrack::synth::recording::write_recording;
 use seamtrack::synth::scenario::Joint;
 use seamtrack::synth::scenario::{
-    Bead, DeadPixels, Edges, Finish, LineGap, MarkForm, Marks, OtherStripe, Plates, Rivals, SecondSeam, Sensor,
-    Severity, Shape, Stripe, Vgroove, Vibration, View,
+    Bead, DeadPixels, Edges, Finish, LineGap, MarkForm, Marks, OtherStripe, Plates, Rivals, SecondSeam, Shape, Vgroove,
+    Vibration, View,
 };
 use seamtrack::synth::{Scenario, Scene, builtin};
 
-/// The scene without anything random in it.
+/// The scene without anything random in it, 120 frames of it.
 fn bare(name: &str) -> Scenario {
-    Scenario {
-        variation: 0.0,
-        severity: Severity::Clean,
-        frames: 120,
-        edges: Edges { raggedness_px: 0.0, ..Edges::default() },
-        vibration: Vibration { along_px: 0.0, across_px: 0.0, ..Vibration::default() },
-        stripe: Stripe { speckle: 0.0, reflectance: 0.0, wings: 0.0, tilt: 0.0, ..Stripe::default() },
-        sensor: Sensor {
-            texture_grey: 0.0,
-            read_noise_grey: 0.0,
-            shot_noise_grey: 0.0,
-            column_noise_grey: 0.0,
-            exposure: 0.0,
-            ..Sensor::default()
-        },
-        ..builtin::scenario(name).unwrap()
-    }
+    Scenario { frames: 120, ..bare::bare(name) }
 }
 
 fn scene(scenario: &Scenario) -> Scene {
     Scene::new(scenario, 1).unwrap()
-}
-
-/// Light over the background in a column.
-fn light(frame: &GrayFrame, u: usize) -> f64 {
-    (0..frame.height_px()).map(|v| f64::from(frame.row(v)[u].saturating_sub(9))).sum()
-}
-
-/// Centroid row of a column.
-fn ridge(frame: &GrayFrame, u: usize) -> f64 {
-    let light_at = |v: usize| f64::from(frame.row(v)[u].saturating_sub(9));
-    (0..frame.height_px()).map(|v| v as f64 * light_at(v)).sum::<f64>() / light(frame, u)
 }
 
 /// The parabola through three columns' ridges, at another column.

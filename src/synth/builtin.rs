@@ -1,6 +1,6 @@
 //! The built-in scenes: the text files of `fixtures/scenarios`, and each joint's family from clean to severe.
 
-use super::families::plate_scenes;
+use super::families::plate_scene;
 use super::pool::PoolScenario;
 use super::scenario::{Scenario, ScenarioError, Severity};
 
@@ -117,7 +117,7 @@ pub fn scenario(name: &str) -> Result<Scenario, ScenarioError> {
             }
         }
     }
-    if let Some(scene) = plate_scenes()?.into_iter().find(|scene| scene.name().eq_ignore_ascii_case(name)) {
+    if let Some(scene) = plate_scene(name)? {
         return scene.scenario();
     }
     let is_letter = |scene: &str| scene.split_once('-').is_some_and(|(letter, _)| letter.eq_ignore_ascii_case(name));

@@ -157,6 +157,21 @@ pub fn plate_scenes() -> Result<Vec<PlateScene>, ScenarioError> {
     Ok(scenes)
 }
 
+/// The scene called `name`, whatever the case of its letters.
+///
+/// # Errors
+/// When the family's file is damaged.
+pub(super) fn plate_scene(name: &str) -> Result<Option<PlateScene>, ScenarioError> {
+    for (family, text) in FAMILIES {
+        let scenes = ORIGINS.iter().flat_map(|(joint, _)| LEVELS.map(|level| PlateScene { family, joint, level }));
+        if let Some(scene) = scenes.into_iter().find(|scene| scene.name().eq_ignore_ascii_case(name)) {
+            let family = Family::read(family, text)?;
+            return Ok(family.joints.iter().any(|named| named == scene.joint).then_some(scene));
+        }
+    }
+    Ok(None)
+}
+
 /// Lays one table over another.
 fn lay_over(table: &mut Table, overlay: &Table) {
     for (key, value) in overlay {

@@ -4,7 +4,7 @@ use rand::Rng;
 
 use super::canvas::Canvas;
 use super::noise::{Component, generator};
-use super::profile::Branch;
+use super::profile::{Branch, edge};
 use super::scenario::{Cable, View};
 use crate::frame::GrayFrame;
 use crate::units::StripeAxis;
@@ -74,7 +74,6 @@ impl Obstacles {
         if self.view.line_gaps.is_empty() && self.view.shadows.is_empty() {
             return;
         }
-        let edge = |inside: f64, edge_px: f64| 1.0 / (1.0 + (-1.702 * inside / edge_px).exp());
         let columns = branches.first().map_or(0, |branch| branch.gain.len());
         for column in 0..columns {
             let x = column as f64;
@@ -109,7 +108,7 @@ impl Obstacles {
                 let columns = (middle - reach_px).max(0.0) as usize..=(middle + reach_px).max(0.0) as usize;
                 for column in columns {
                     let inside = 0.5 * cable.width_px - (column as f64 - middle).abs() * axis.cos;
-                    let share = (1.0 / (1.0 + (-1.702 * inside / CABLE_BLUR_PX).exp())) as f32;
+                    let share = edge(inside, CABLE_BLUR_PX) as f32;
                     canvas.mix(column, row, cable.grey as f32, share);
                 }
             }
@@ -139,14 +138,13 @@ impl Obstacles {
 
     /// Overwrites the dead pixels of a picture that has been read out.
     pub(super) fn kill(&self, axis: StripeAxis, frame: &mut GrayFrame) {
-        let (width, height) = (frame.width_px(), frame.height_px());
+        let width = frame.width_px();
         for (dead, &middle) in self.view.dead.iter().zip(&self.dead_px) {
             let from = (middle - 0.5 * dead.along_px as f64).max(0.0) as usize;
             let along = from..from + dead.along_px;
             let rows = dead.across_px.map(|px| self.row_px - 0.5 * px as f64..self.row_px + 0.5 * px as f64);
             for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
                 let (u, v) = (i % width, i / width);
-                debug_assert!(v < height);
                 let (x, y) = match axis {
                     StripeAxis::Horizontal => (u, v),
                     StripeAxis::Vertical => (v, u),

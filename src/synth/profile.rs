@@ -26,9 +26,14 @@ const EDGE_BLUR_PX: f64 = 0.7;
 /// Width of a V-groove's flanks relative to the plates' stripe: read off a real frame.
 const FLANK_WIDTH: f64 = 0.75;
 
-/// 0 before the edge, 1 behind it: the logistic approximation of a blurred edge.
+/// 0 before the edge, 1 behind it: the logistic approximation of an edge blurred by `blur_px`.
+pub(super) fn edge(inside_px: f64, blur_px: f64) -> f64 {
+    1.0 / (1.0 + (-1.702 * inside_px / blur_px).exp())
+}
+
+/// The same for the optics' own blur.
 fn beyond(distance_px: f64) -> f64 {
-    1.0 / (1.0 + (-1.702 * distance_px / EDGE_BLUR_PX).exp())
+    edge(distance_px, EDGE_BLUR_PX)
 }
 
 /// A smooth ramp: 0 before, `x` behind, rounded over `round`.

@@ -1,8 +1,9 @@
 //! Branches of light that are not the joint's: reflections, other stripes.
 
 use super::noise::{Component, SmoothNoise};
-use super::profile::{Branch, branch};
+use super::profile::{Branch, branch, edge};
 use super::scenario::{OtherStripe, Reflection, SeamSide};
+use super::stripe::END_BLUR_PX;
 use crate::units::PixelPoint;
 
 /// Length over which a reflection comes and goes \[px, frames\] (chosen: rolled sheet).
@@ -41,10 +42,9 @@ pub(super) fn reflection(
 pub(super) fn other_stripe(stripe: &OtherStripe, columns: usize, row_px: f64) -> Branch {
     let length = columns as f64;
     let [from, to] = stripe.extent.map(|share| share * length);
-    let edge = |inside: f64| 1.0 / (1.0 + (-1.702 * inside / 1.2).exp());
     // What reaches the image's border goes on beyond it.
-    let begin = move |x: f64| if from <= 0.0 { 1.0 } else { edge(x - from) };
-    let end = move |x: f64| if to >= length { 1.0 } else { edge(to - x) };
+    let begin = move |x: f64| if from <= 0.0 { 1.0 } else { edge(x - from, END_BLUR_PX) };
+    let end = move |x: f64| if to >= length { 1.0 } else { edge(to - x, END_BLUR_PX) };
     branch(columns, |x| {
         let row = row_px + stripe.below_px + stripe.tilt * (x - 0.5 * length);
         (row, stripe.brightness * begin(x) * end(x), stripe.width)

@@ -4,7 +4,7 @@ use rand_pcg::Pcg64Mcg;
 
 use super::canvas::Canvas;
 use super::noise::{Component, SmoothNoise, generator, normal};
-use super::profile::Branch;
+use super::profile::{Branch, edge};
 use super::scenario::Stripe;
 
 /// Contrast of whole cross-sections relative to that of the grains inside: real frames show both.
@@ -15,7 +15,7 @@ const REFLECTANCE_FRAMES: f64 = 6.0;
 /// How much dimmer the laser line is at the image's ends (chosen: a cylindrical-lens line).
 const FAN_FALLOFF: f64 = 0.2;
 /// Blur of the ends of a stripe that ends inside the image \[px\] (read off real frames).
-const END_BLUR_PX: f64 = 1.2;
+pub(super) const END_BLUR_PX: f64 = 1.2;
 /// The wings' half width relative to the stripe's.
 const WING_WIDTH: f32 = 3.0;
 
@@ -51,7 +51,7 @@ impl Illumination<'_> {
                 let fan = 1.0 - FAN_FALLOFF * ((x - half) / half).powi(2);
                 let end = self.stripe.length_px.map_or(1.0, |length| {
                     let inside = 0.5 * length - (x - self.centre_px).abs();
-                    1.0 / (1.0 + (-1.702 * inside / END_BLUR_PX).exp())
+                    edge(inside, END_BLUR_PX)
                 });
                 let reflectance = self.stripe.reflectance
                     * f64::from(texture.at(x / REFLECTANCE_PX, 0.0, self.tick as f64 / REFLECTANCE_FRAMES));

@@ -3,7 +3,7 @@
 use rand::Rng;
 
 use super::noise::{Component, SmoothNoise, generator};
-use super::profile::Branch;
+use super::profile::{Branch, edge};
 use super::scenario::{Finish, MarkForm, Marks, Plates};
 
 /// A mark's own size lies between these parts of what the scenario says (chosen).
@@ -203,7 +203,7 @@ impl Surface {
 impl Spot {
     /// Covers the spot by a mark whose outline is `inside_px` away, inwards positive.
     fn cover(&mut self, mark: &Marks, inside_px: f64) {
-        let share = 1.0 / (1.0 + (-1.702 * inside_px / mark.edge_px).exp());
+        let share = edge(inside_px, mark.edge_px);
         self.brightness *= 1.0 + (mark.reflectance - 1.0) * share;
         self.height_px += mark.relief_px * share;
     }
