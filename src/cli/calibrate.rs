@@ -129,6 +129,6 @@ pub fn parse_positive(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x: &f64| x.is_finite() && *x > 0.0).ok_or_else(|| "expected a number above 0".into())
 }
 
-fn parse_finite(text: &str) -> Result<f64, String> {
+pub(super) fn parse_finite(text: &str) -> Result<f64, String> {
     text.parse().ok().filter(|x: &f64| x.is_finite()).ok_or_else(|| "expected a number".into())
 }

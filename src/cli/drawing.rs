@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use anyhow::bail;
 use seamtrack::output::{Existing, OutputError, WholeFolder, resolve};
-use seamtrack::report::overlay::OverlayWriter;
+use seamtrack::report::overlay::{OverlayWriter, is_video};
 
 use super::say::shown;
 
@@ -57,10 +57,6 @@ pub fn check_log(log: &Path, results: &Path, existing: Existing) -> anyhow::Resu
         bail!("--mcap {} exists: name another file, or overwrite it with --force", shown(log));
     }
     Ok(())
-}
-
-fn is_video(overlay: &Path) -> bool {
-    overlay.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mp4"))
 }
 
 /// The place of one drawing while it is made.

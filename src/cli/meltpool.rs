@@ -23,6 +23,7 @@ use seamtrack::source::{Period, SizeCheck, open_intensity};
 use seamtrack::units::{MmPerPx, StripeAxis, Travel};
 use serde_json::json;
 
+use super::calibrate::parse_finite;
 use super::drawing::Drawing;
 use super::places::{self, Places};
 use super::recordings::name_of;
@@ -386,10 +387,6 @@ fn parse_threshold(text: &str) -> Result<Level, String> {
         return Ok(Level(None));
     }
     parse_finite(text).map(|value| Level(Some(value))).map_err(|_| "expected otsu, or a value of the recording".into())
-}
-
-fn parse_finite(text: &str) -> Result<f64, String> {
-    text.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| "expected a number".into())
 }
 
 fn parse_period(text: &str) -> Result<f64, String> {

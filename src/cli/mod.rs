@@ -44,7 +44,7 @@ use clap::{Parser, Subcommand};
 
 /// Find the weld seam in laser-stripe frames and estimate its centre in millimetres.
 ///
-/// Exit codes: 0 done · 1 error · 2 usage · 3 done, but the seam was unavailable on too many frames.
+/// Exit codes: 0 done · 1 error · 2 usage · 3 done, but the verdict is BAD.
 #[derive(Debug, Parser)]
 #[command(version, arg_required_else_help = true)]
 pub struct Cli {

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use anyhow::Context;
-use seamtrack::eval::{TruthRow, read_truth};
+use seamtrack::eval::{TruthFileError, TruthRow, parse_truth};
 use seamtrack::report::atomic::write_atomically;
 
 use super::say::tell;
@@ -22,7 +22,9 @@ pub struct TruthCopy(Vec<u8>);
 impl Truth {
     /// Reads the file.
     pub fn read(file: &Path) -> anyhow::Result<Self> {
-        Ok(Self { rows: read_truth(file)?, copy: TruthCopy::read(file)? })
+        let unreadable = |error| TruthFileError::Read { file: file.display().to_string(), source: error };
+        let content = std::fs::read(file).map_err(csv::Error::from).map_err(unreadable)?;
+        Ok(Self { rows: parse_truth(&content[..], file)?, copy: TruthCopy(content) })
     }
 
     /// Writes the copy into the folder of the results.

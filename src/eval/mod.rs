@@ -10,4 +10,4 @@ mod truth;
 
 pub use errors::{Errors, Estimate, WRONG_MM, WRONG_PX, errors, errors_by, wrong_limit};
 pub use plane::{AxisErrors, PlaneErrors, PlaneValue, axis_errors};
-pub use truth::{TruthFileError, TruthRow, read_truth};
+pub use truth::{TruthFileError, TruthRow, parse_truth, read_truth};

@@ -1,6 +1,7 @@
 //! Reading `truth.csv`.
 
 use std::collections::BTreeMap;
+use std::io::Read;
 use std::path::Path;
 
 use serde::Deserialize;
@@ -85,9 +86,18 @@ struct Line {
 /// # Errors
 /// When the file cannot be read, has no position, names a frame twice, or holds a number that is not finite.
 pub fn read_truth(file: &Path) -> Result<Vec<TruthRow>, TruthFileError> {
+    let failed = |source| TruthFileError::Read { file: file.display().to_string(), source };
+    parse_truth(std::fs::File::open(file).map_err(csv::Error::from).map_err(failed)?, file)
+}
+
+/// The same of what `file` holds, or held.
+///
+/// # Errors
+/// As [`read_truth`].
+pub fn parse_truth(content: impl Read, file: &Path) -> Result<Vec<TruthRow>, TruthFileError> {
     let name = || file.display().to_string();
     let read = |source| TruthFileError::Read { file: name(), source };
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_path(file).map_err(read)?;
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(content);
     let headers = reader.headers().map_err(read)?.clone();
     let has = |column: &str| headers.iter().any(|header| header == column);
     if !(has("frame") && (has("u_px") || has("v_px"))) {

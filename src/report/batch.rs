@@ -6,7 +6,7 @@ use std::path::Path;
 use maud::{DOCTYPE, Markup, html};
 
 use super::atomic::{ResultsError, write_atomically};
-use super::head::head;
+use super::head::{WITHOUT_SCRIPT, head};
 use super::results::{Estimator, fixed};
 use super::run::Run;
 use super::summary::FrameCounts;
@@ -43,7 +43,6 @@ const COLUMNS: [&str; 20] = [
     "message",
 ];
 
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 const STYLE: &str = include_str!("batch.css");
 /// Size of a small path \[px\], and most of its points.
 const SPARK: (f64, f64) = (220.0, 40.0);
@@ -216,7 +215,7 @@ fn page(entries: &[Entry]) -> Markup {
     html! {
         (DOCTYPE)
         html lang="en" {
-            (head(&title, POLICY, &html! { style { (maud::PreEscaped(STYLE)) } }))
+            (head(&title, WITHOUT_SCRIPT, &html! { style { (maud::PreEscaped(STYLE)) } }))
             body {
                 header.headline {
                     p.program { "seamtrack track" }

@@ -1,7 +1,7 @@
 //! From runs to what their pages draw.
 
 use super::facts::NIS_95;
-use super::measures::Measure;
+use super::measures::{Measure, measures};
 use super::model::{
     Chart, PageModel, PlaceToLookAt, Points, Ribbon, Rounded, Series, Viewer, chart, curve, diagnostic,
 };
@@ -25,10 +25,10 @@ pub(super) fn single(run: &Run) -> PageModel {
     let limits = run.summary.limits;
     let mut charts = vec![path_chart(run)];
     // Gap and hi-lo stand before the error, the sizes of a groove behind it.
-    let (fit_up, groove): (Vec<&Measure>, Vec<&Measure>) = run.measures.iter().partition(|measure| measure.is_fit_up());
-    charts.extend(fit_up.into_iter().map(measure_chart));
+    let (fit_up, groove): (Vec<Measure>, Vec<Measure>) = measures(&run.rows).into_iter().partition(Measure::is_fit_up);
+    charts.extend(fit_up.iter().map(measure_chart));
     charts.extend(error_chart(run));
-    charts.extend(groove.into_iter().map(measure_chart));
+    charts.extend(groove.iter().map(measure_chart));
     charts.push(Chart {
         series: vec![curve("PSR", "kcf", column(run, |row| row.psr), 2)],
         limits: limits.psr.into_iter().map(|psr| (psr, format!("template learns above {psr}"))).collect(),

@@ -4,6 +4,9 @@ use maud::{Markup, PreEscaped, html};
 
 const STYLE: &str = include_str!("page/page.css");
 
+/// The content-security policy of a page that needs neither the network nor a script.
+pub(super) const WITHOUT_SCRIPT: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
+
 /// The head of a page called `title`, under the content-security policy `policy`; `own` is what the page adds to the style.
 pub(super) fn head(title: &str, policy: &str, own: &Markup) -> Markup {
     html! {

@@ -8,13 +8,12 @@ use maud::{DOCTYPE, Markup, html};
 use super::atomic::{ResultsError, write_atomically};
 use super::batch::{TABLE, read_names};
 use super::errors::errors_against;
-use super::head::head;
+use super::head::{WITHOUT_SCRIPT, head};
 use super::results::fixed;
 use super::run::Run;
 use super::verdict::{Trust, verdict};
 use crate::eval::Errors;
 
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 /// The columns of each method.
 const HEADS: [&str; 4] = ["mean", "max", "value on [%]", "badge"];
 
@@ -180,7 +179,7 @@ impl Matrix {
         html! {
             (DOCTYPE)
             html lang="en" {
-                (head("comparison – seamtrack", POLICY, &html! {}))
+                (head("comparison – seamtrack", WITHOUT_SCRIPT, &html! {}))
                 body {
                     header.headline {
                         p.program { "seamtrack compare" }

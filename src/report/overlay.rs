@@ -142,7 +142,7 @@ impl OverlayWriter {
     /// # Errors
     /// When the folder cannot be made.
     pub fn create(path: &Path, frames_per_second: f64) -> Result<Self, OverlayError> {
-        let is_video = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("mp4"));
+        let is_video = is_video(path);
         let folder = if is_video { path.parent().unwrap_or(Path::new("")) } else { path };
         if !folder.as_os_str().is_empty() {
             std::fs::create_dir_all(folder)
@@ -220,6 +220,12 @@ impl OverlayWriter {
         }
         Ok(())
     }
+}
+
+/// Whether an overlay at `path` is a video, by its name; else it is a folder.
+#[must_use]
+pub fn is_video(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case("mp4"))
 }
 
 #[cfg(test)]

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 
 use super::atomic::ResultsError;
-use super::measures::{Measure, read_measures};
 use super::results::{Estimator, PathRow, Status, read_path_csv};
 use super::summary::{Summary, read_summary};
 use super::thumbnails::{Thumbnail, read_thumbnails};
@@ -24,8 +23,6 @@ pub struct Run {
     pub summary: Summary,
     /// True coordinate along the stripe of each frame \[px\], if the truth was given.
     pub truth_px: Option<Vec<Option<f64>>>,
-    /// What was measured of the joint besides its place.
-    pub measures: Vec<Measure>,
     /// Stored frames in order.
     pub thumbnails: Vec<Thumbnail>,
 }
@@ -46,13 +43,12 @@ impl Run {
     pub fn read_figures(dir: &Path) -> Result<Self, ResultsError> {
         let summary = read_summary(&dir.join("summary.json"))?;
         let rows = read_path_csv(&dir.join("path.csv"))?;
-        let measures = read_measures(&dir.join("path.csv"))?;
         let axis = summary.calibration.stripe;
         let truth_px =
             read_truth_along_px(&dir.join(truth::FILE_NAME), axis, (summary.input.first_frame(), rows.len()))?;
         let name =
             dir.file_name().map_or_else(|| dir.display().to_string(), |name| name.to_string_lossy().into_owned());
-        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, measures, thumbnails: Vec::new() })
+        Ok(Self { dir: dir.to_owned(), name, rows, summary, truth_px, thumbnails: Vec::new() })
     }
 
     /// What measures along the stripe: from where `x_mm` is 0, or, when the summary does not say, from the first value.

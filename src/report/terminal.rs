@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use super::results::{Estimator, Status};
+use super::results::Status;
 use super::run::Run;
 use super::table::{TableRow, error_rows, heads};
 use super::textplot::text_plot;
@@ -53,8 +53,7 @@ pub fn terminal_summary(run: &Run, colour: Colour) -> String {
     for fact in &verdict.facts {
         text += &format!("  {fact}\n");
     }
-    let estimator =
-        if run.rows.iter().any(|row| row.smooth_u_px.is_some()) { Estimator::Smoothed } else { Estimator::Filtered };
+    let estimator = run.best_estimator();
     let plot = text_plot(&run.position(estimator, &run.ruler()), PLOT_COLUMNS, PLOT_ROWS, run.unit().name());
     if !plot.is_empty() {
         let indent = plot[0].chars().position(|c| c == '┤').unwrap_or(0);

@@ -98,14 +98,13 @@ impl FrameSource for Folder {
 /// The scale of a recording of 16 bits, from frames spread over it; where none of these can be read, from the first one
 /// that can.
 fn scale_of(files: &VecDeque<(PathBuf, f64)>) -> Option<SixteenBitScale> {
-    let mut sample: Vec<&Path> = scale_frames(files.len()).map(|i| files[i].0.as_path()).collect();
-    let depths: Vec<Option<bool>> = sample.iter().map(|path| is_sixteen_bit(path)).collect();
-    if depths.iter().all(Option::is_none) {
-        let readable = files.iter().map(|(path, _)| path.as_path()).find(|path| is_sixteen_bit(path).is_some());
-        sample = readable.into_iter().collect();
+    let depth = |path: &PathBuf| is_sixteen_bit(path).map(|is_deep| (path.clone(), is_deep));
+    let mut sample: Vec<(PathBuf, bool)> = scale_frames(files.len()).filter_map(|i| depth(&files[i].0)).collect();
+    if sample.is_empty() {
+        sample.extend(files.iter().find_map(|(path, _)| depth(path)));
     }
-    let deep = sample.into_iter().filter(|path| is_sixteen_bit(path) == Some(true));
-    SixteenBitScale::of_frames(deep.filter_map(|path| decode(path).ok()))
+    let deep = sample.into_iter().filter(|(_, is_deep)| *is_deep);
+    SixteenBitScale::of_frames(deep.filter_map(|(path, _)| decode(&path).ok()))
 }
 
 fn images_in(folder: &Path) -> Result<Vec<PathBuf>, SourceError> {

@@ -123,6 +123,16 @@ impl FrameSource for TiffStack {
         self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
+    fn skip(&mut self, frames: usize) {
+        for _ in 0..frames.min(self.pages - self.next) {
+            if self.next > 0 {
+                // A page that cannot be reached is the trouble of whoever reads it.
+                let _ = self.decoder.next_image();
+            }
+            self.next += 1;
+        }
+    }
+
     fn frame_count(&self) -> Option<usize> {
         Some(self.pages)
     }

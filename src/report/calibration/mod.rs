@@ -9,7 +9,7 @@ use std::path::Path;
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use super::atomic::{ResultsError, write_atomically};
-use super::head::head;
+use super::head::{WITHOUT_SCRIPT, head};
 use crate::calib::camera::CameraFit;
 use crate::calib::error::GOOD_VIEWS;
 use crate::calib::file::CalibrationFile;
@@ -19,8 +19,6 @@ use crate::calib::laser_camera::PlanePoint;
 use crate::calib::uncertainty::{UncertaintyMap, uncertainty_map};
 
 const OWN_STYLE: &str = include_str!("calibration.css");
-/// The page itself forbids any network access and any script.
-const POLICY: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 /// A view left out that is off by more than this factor over all views is worth a look.
 const CONSPICUOUS: f64 = 1.5;
 /// Heights at which the sensor's uncertainty is listed.
@@ -218,7 +216,7 @@ fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsErro
     let page = html! {
         (DOCTYPE)
         html lang="en" {
-            (head(title, POLICY, &html! { style { (PreEscaped(OWN_STYLE)) } }))
+            (head(title, WITHOUT_SCRIPT, &html! { style { (PreEscaped(OWN_STYLE)) } }))
             body { (body) }
         }
     };

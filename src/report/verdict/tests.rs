@@ -27,7 +27,6 @@ fn run(statuses: &str, nis: f64) -> Run {
         name: "run".into(),
         rows: statuses.chars().enumerate().map(row).collect(),
         truth_px: None,
-        measures: Vec::new(),
         thumbnails: Vec::new(),
         summary: Summary {
             schema_version: SCHEMA_VERSION,
