@@ -42,7 +42,7 @@ pub fn is_groove(seed: &Seed) -> bool {
 
 /// Why it is of this kind, in one sentence.
 pub fn reason(seed: &Seed, asked_for: bool) -> String {
-    let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
+    let gap_px = seed.gap_px();
     let seen = match seed.model.kind {
         JointKind::Butt => format!("two level plates end {gap_px:.0} px apart"),
         JointKind::Lap => format!("the stripe steps by {:.0} px", step_px(seed).abs()),

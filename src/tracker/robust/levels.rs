@@ -105,8 +105,7 @@ struct Span {
 
 impl Span {
     fn of(seed: &Seed, raster: Raster) -> Self {
-        let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
-        let half_px = seed.model.half_width_px.unwrap_or(0.5 * gap_px).max(LEAST_HALF_SPAN_PX);
+        let half_px = seed.half_px().max(LEAST_HALF_SPAN_PX);
         let centre_px = raster.picture_from_raster(seed.fit.centre).u_px;
         Self { centre_px, half_px: half_px / raster.scale() }
     }

@@ -68,6 +68,23 @@ pub struct Seed {
     pub certain: bool,
 }
 
+impl Seed {
+    /// From edge to edge; 0 of a joint without edges \[px\].
+    pub fn gap_px(&self) -> f64 {
+        self.fit.edges.map_or(0.0, |edges| edges.gap_px)
+    }
+
+    /// From the centre to the joint's end: the nearer shoulder, or an edge \[px\].
+    pub fn half_px(&self) -> f64 {
+        self.model.half_width_px.unwrap_or(0.5 * self.gap_px())
+    }
+
+    /// How far apart two centres are \[px\].
+    pub fn away_px(&self, other: &Self) -> f64 {
+        (self.fit.centre.u_px - other.fit.centre.u_px).abs()
+    }
+}
+
 /// The joints with a corner and those with edges, of `kind` or of any kind, in the frame whose centreline is `line`, each place
 /// once, the best of each sort first. Corners come first: what passes for one without being asked for is one.
 pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Vec<Seed> {
@@ -129,9 +146,8 @@ fn places_of(mut seeds: Vec<Seed>, worth: impl Fn(&Seed) -> f64) -> Vec<Seed> {
     seeds.sort_by(|a, b| worth(b).total_cmp(&worth(a)));
     let mut places: Vec<Seed> = vec![];
     for seed in seeds {
-        let apart_px = |other: &Seed| (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
         if places.len() < MOST_PLACES
-            && places.iter().all(|other| apart_px(other) > APART_SHARE * (half_px(&seed) + half_px(other)))
+            && places.iter().all(|other| seed.away_px(other) > APART_SHARE * (reach_px(&seed) + reach_px(other)))
         {
             places.push(seed);
         }
@@ -140,9 +156,8 @@ fn places_of(mut seeds: Vec<Seed>, worth: impl Fn(&Seed) -> f64) -> Vec<Seed> {
 }
 
 /// From a joint's centre to its end, a little over \[px\].
-fn half_px(seed: &Seed) -> f64 {
-    let gap_px = seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
-    seed.model.half_width_px.unwrap_or(0.5 * gap_px) + LEAST_APART_PX
+fn reach_px(seed: &Seed) -> f64 {
+    seed.half_px() + LEAST_APART_PX
 }
 
 /// The width of a wide gap between level plates; its bottom may show.

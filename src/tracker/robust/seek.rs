@@ -239,10 +239,9 @@ impl Seeker {
                 || (seed.clear && before_arc && *has_relief)
                 || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
-            let recent = self.recent.iter().rev().take(RECENT_FRAMES);
             // What hides a joint that is known is a dark stretch of the stripe, too.
             let may_be_cover = self.is_rival && !has_relief;
-            sure && !may_be_cover && !recent.flatten().any(|other| is_groove_between(seed, &other.seed))
+            sure && !may_be_cover && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
         let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
         certain.retain(|candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre));
@@ -251,10 +250,14 @@ impl Seeker {
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
     }
 
+    /// The seeds of the frames that may confirm one, the newest frame first.
+    fn latest(&self) -> impl Iterator<Item = &Vec<Candidate>> {
+        self.recent.iter().rev().take(RECENT_FRAMES)
+    }
+
     /// Whether another joint like `seed` shows at another place, and stays there.
     fn has_twin(&self, seed: &Seed) -> bool {
-        let away_px = |other: &Seed| (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
-        let twins = self.candidates().filter(|other| are_alike(seed, other) && away_px(other) > RIVAL_PX);
+        let twins = self.candidates().filter(|other| are_alike(seed, other) && seed.away_px(other) > RIVAL_PX);
         twins
             .map(|other| self.agreeing(other, 0.0, MOTION_PX))
             .any(|frames| frames >= RIVAL_SEEDS.min(self.recent.len()))
@@ -262,16 +265,16 @@ impl Seeker {
 
     /// Whether another place of the last frames, of more rank, may be the joint: it has not been seen often enough yet.
     fn has_better(&self, candidate: &Candidate) -> bool {
-        let recent = || self.recent.iter().rev().take(RECENT_FRAMES).flatten();
-        let away_px = |other: &Candidate| (candidate.seed.fit.centre.u_px - other.seed.fit.centre.u_px).abs();
-        let better = recent().filter(|other| other.rank() > candidate.rank() && away_px(other) > RIVAL_PX);
+        let is_better =
+            |other: &&Candidate| other.rank() > candidate.rank() && candidate.seed.away_px(&other.seed) > RIVAL_PX;
+        let better = self.latest().flatten().filter(is_better);
         better.map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX)).any(|frames| frames >= RIVAL_SEEDS)
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
     fn before(&self, seed: &Seed) -> Vec<(usize, JointFit)> {
         let mut path: Vec<(usize, JointFit)> = vec![];
-        for (age, candidates) in self.recent.iter().rev().take(RECENT_FRAMES).enumerate().skip(1) {
+        for (age, candidates) in self.latest().enumerate().skip(1) {
             let (last_age, last) = path.last().copied().unwrap_or((0, seed.fit));
             let reach_px = AGREEMENT_PX + FASTEST_PX * (age - last_age) as f64;
             let away_px = |other: &Seed| (other.fit.centre.u_px - last.centre.u_px).abs();
@@ -289,15 +292,13 @@ impl Seeker {
             let away_px = seed.fit.centre.u_px - velocity_px * age as f64 - other.fit.centre.u_px;
             away_px.abs() < AGREEMENT_PX + motion_px * age as f64 && are_alike(seed, other)
         };
-        let frames = self.recent.iter().rev().take(RECENT_FRAMES).enumerate();
+        let frames = self.latest().enumerate();
         frames.filter(|(age, others)| others.iter().any(|other| is_like(&other.seed, *age))).count()
     }
 
     /// Whether the seeds that are like `seed` are not all in one and the same place.
     fn moves(&self, seed: &Seed) -> bool {
-        let near = |other: &&Seed| {
-            are_alike(seed, other) && (seed.fit.centre.u_px - other.fit.centre.u_px).abs() < AGREEMENT_PX
-        };
+        let near = |other: &&Seed| are_alike(seed, other) && seed.away_px(other) < AGREEMENT_PX;
         let seeds = self.recent.iter().flatten().map(|other| &other.seed);
         let places: Vec<f64> = seeds.filter(near).map(|other| other.fit.centre.u_px).collect();
         range(means(&places)) > FIXED_FLAT_PX
@@ -305,7 +306,7 @@ impl Seeker {
 
     /// The most frames whose seeds lie on one line in time with `seed`.
     fn on_the_move(&self, seed: &Seed) -> usize {
-        let frames = self.recent.iter().rev().take(RECENT_FRAMES).enumerate().skip(1);
+        let frames = self.latest().enumerate().skip(1);
         let others = frames.flat_map(|(age, seeds)| seeds.iter().map(move |other| (age, &other.seed)));
         let velocities = others
             .filter(|(_, other)| are_alike(seed, other))
@@ -409,10 +410,9 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
 
 /// Whether two seeds may be of one joint, wherever they are.
 fn are_alike(seed: &Seed, other: &Seed) -> bool {
-    let gap_px = |seed: &Seed| seed.fit.edges.map_or(0.0, |edges| edges.gap_px);
     let slopes = [seed.fit.left.slope - other.fit.left.slope, seed.fit.right.slope - other.fit.right.slope];
     seed.model.kind == other.model.kind
-        && (gap_px(seed) - gap_px(other)).abs() < GAP_AGREEMENT_PX
+        && (seed.gap_px() - other.gap_px()).abs() < GAP_AGREEMENT_PX
         && (classify::step_px(seed) - classify::step_px(other)).abs() < STEP_AGREEMENT_PX
         && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
 }
@@ -420,8 +420,7 @@ fn are_alike(seed: &Seed, other: &Seed) -> bool {
 /// Whether what `seed` takes for its gap is a groove between its edges, as `other` has it.
 fn is_groove_between(seed: &Seed, other: &Seed) -> bool {
     let Some(edges) = seed.fit.edges else { return false };
-    let away_px = (seed.fit.centre.u_px - other.fit.centre.u_px).abs();
-    other.model.plates.is_some() && away_px < edges.gap_px.max(GAP_AGREEMENT_PX)
+    other.model.plates.is_some() && seed.away_px(other) < edges.gap_px.max(GAP_AGREEMENT_PX)
 }
 
 /// The stripe's centre in each column, along its likeliest path through the frame where `by_path`.
