@@ -16,9 +16,9 @@ mod peaks;
 mod relief;
 mod ridge;
 
-pub use learn::{Learned, is_plain, learn};
+pub use learn::{Learned, PLAIN_REACH_PX, is_plain, learn};
 pub use line::{Knowledge, Line};
-pub use relief::{GapShows, gap_shows};
+pub use relief::{GapShows, gap_shows, step_shows};
 
 use std::ops::Range;
 

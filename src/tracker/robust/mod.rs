@@ -211,7 +211,12 @@ impl RobustTracker {
         let axis = view.axis();
         let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
         let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
-        (is_lost || is_near).then_some((view, found))
+        // A joint does not become one of another kind elsewhere, and a groove of which a part is hidden no gap.
+        let known = self.joint.as_ref().map(|joint| joint.kind);
+        let is_alike = known == Some(seed.model.kind.name());
+        let may_become = seed.certain || known != Some(JointKind::VGroove.name());
+        let is_it = if is_near { is_alike || may_become } else { is_lost && is_alike };
+        is_it.then_some((view, found))
     }
 
     /// Asks what the frames show by themselves, where a joint was asked for.

@@ -45,6 +45,11 @@ const LEAST_JUMP_PX: f32 = 3.5;
 const LEAST_LEG_PX: f64 = 40.0;
 /// Share of the columns of a fit's window in which both legs must be seen. Chosen: a flank of 40 px has half.
 const LEAST_LEG_SUPPORT: f64 = 0.55;
+/// Beyond a groove's flank the stripe is nearer to the other plate's line than this share of the angle's opening, in at least so many
+/// columns \[px\] of so many windows. Chosen: plates beside a groove are level to a third of its depth.
+const BACK_SHARE: f64 = 0.35;
+const LEAST_BACK_PX: usize = 20;
+const SHOULDER_WINDOWS: f64 = 3.0;
 /// How often the legs of a corner are fitted anew, as curved as they then are. Chosen: their curvature is known to a tenth.
 const CURVING_FITS: usize = 3;
 /// How far the refined centre may lie from the seed \[px\].
@@ -91,7 +96,7 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
     let mut seeds = vec![];
     if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
-        let found = corners(line).into_iter().filter_map(|place| corner(frame, place, kind));
+        let found = corners(line).into_iter().filter_map(|place| corner(frame, Some(line), place, kind));
         // A groove's root bends as much as both its shoulders together.
         seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
     }
@@ -125,9 +130,9 @@ pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Opti
         best(tried.filter_map(|tried| edges(frame, &learned, None, tried, kind.is_none())))
     };
     let seed = match kind {
-        Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
+        Some(kind) if !kind.has_edges() => corner(frame, None, place, Some(kind)),
         Some(_) => with_edges(kind),
-        None => corner(frame, place, None).or_else(|| with_edges(None)),
+        None => corner(frame, None, place, None).or_else(|| with_edges(None)),
     };
     seed.map(|seed| Seed { certain: true, ..seed })
 }
@@ -199,7 +204,7 @@ fn edges(frame: &GrayFrame, learned: &Learned, gap_px: Option<f64>, tried: Joint
 
 /// A joint with a corner at `place`; without a kind asked for, only beyond doubt, and a V-groove where the flanks end in
 /// shoulders.
-fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
+fn corner(frame: &GrayFrame, line: Option<&Centreline>, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
     if let Some(kind) = kind {
         return refine(frame, place, kind);
     }
@@ -208,8 +213,33 @@ fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Opti
         let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
         let fillet = refine(frame, place, JointKind::Fillet).filter(classify::is_corner);
         // A shoulder has a plate on one side and but a flank on the other.
-        fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && seed.fit.support > LEAST_LEG_SUPPORT)
+        let is_long =
+            |seed: &Seed| seed.fit.support > LEAST_LEG_SUPPORT && !line.is_some_and(|line| is_shoulder(line, seed));
+        fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && is_long(seed))
     })
+}
+
+/// Whether beyond a leg of what should be a fillet the stripe lies on the other leg's line again: the leg is a groove's flank, and the
+/// corner its shoulder.
+fn is_shoulder(line: &Centreline, seed: &Seed) -> bool {
+    let JointFit { centre, left, right, .. } = seed.fit;
+    let far_px = SHOULDER_WINDOWS * seed.model.half_window_px;
+    let is_back = |u: usize| {
+        let du = u as f64 - centre.u_px;
+        let (leg, other) = if du > 0.0 { (right, left) } else { (left, right) };
+        let opening_px = (leg.at(du) - other.at(du)).abs();
+        du.abs() > LEAST_LEG_PX
+            && line.at(u).is_some_and(|v| (f64::from(v) - other.at(du)).abs() < BACK_SHARE * opening_px)
+    };
+    let first = (centre.u_px - far_px).max(0.0) as usize;
+    let end = ((centre.u_px + far_px) as usize).min(line.v_px.len());
+    (first..end).filter(|&u| is_back(u)).count() >= LEAST_BACK_PX
+}
+
+/// How far the centreline at `u` lies off the chord over the arms on both sides \[px\]: positive where it bends up on both.
+fn bend_at(line: &Centreline, u: usize) -> Option<f32> {
+    let at = |u: usize| mean(line, u - 2..u + 3);
+    Some(2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?)
 }
 
 /// Learns the cross-section round `place` and fits it there.
@@ -243,11 +273,7 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
 fn corners(line: &Centreline) -> Vec<PixelPoint> {
-    let bend = |u: usize| {
-        let at = |u: usize| mean(line, u - 2..u + 3);
-        let bend = 2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?;
-        (bend.abs() > LEAST_CORNER_PX).then_some(bend)
-    };
+    let bend = |u: usize| bend_at(line, u).filter(|bend| bend.abs() > LEAST_CORNER_PX);
     let bends = strongest(line, CORNER_ARM_PX + 2, MOST_BENDS, bend);
     let between = between_shoulders(&bends);
     let bends = bends.into_iter().take(MOST_CORNERS).map(|(_, place)| place);

@@ -8,7 +8,7 @@ use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{GapShows, JointFit, JointKind, gap_shows};
+use crate::imgproc::geometry::{GapShows, JointFit, JointKind, gap_shows, step_shows};
 use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
@@ -183,9 +183,14 @@ impl Seeker {
         let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(Candidate { seed, has_relief }) = self.confirmed(candidates, before_arc) {
+        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
-            let doubt = if has_relief { self.has_twin(&seed).then_some(TWIN_DOUBT) } else { Some(FLAT_DOUBT) };
+            let doubt = match shows {
+                Shows::Dark if seed.model.kind == JointKind::Lap => Some(STEP_DOUBT),
+                Shows::Dark => Some(FLAT_DOUBT),
+                Shows::Dip => Some(DIP_DOUBT),
+                Shows::Relief | Shows::Whole => self.has_twin(&seed).then_some(TWIN_DOUBT),
+            };
             return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed) };
         }
         let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
@@ -232,22 +237,38 @@ impl Seeker {
             self.recent.pop_front();
         }
         let certain = |candidate: &Candidate| {
-            let Candidate { seed, has_relief } = candidate;
-            let is_easy = *has_relief && !self.is_rival;
+            let Candidate { seed, shows } = candidate;
+            let is_dark = *shows == Shows::Dark;
+            let is_easy = !is_dark && !self.is_rival;
             let (agreeing, moving) = if is_easy { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
             let sure = (seed.certain && !self.is_rival)
-                || (seed.clear && before_arc && *has_relief)
-                || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
+                || (seed.clear && before_arc && *shows >= Shows::Relief && !classify::is_open_lap(seed))
+                || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (!is_dark || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
             // What hides a joint that is known is a dark stretch of the stripe, too.
-            let may_be_cover = self.is_rival && !has_relief;
+            let may_be_cover = self.is_rival && is_dark;
             sure && !may_be_cover && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
+        let typical =
+            candidates.into_iter().map(|candidate| Candidate { shows: self.typically(&candidate), ..candidate });
+        let mut certain: Vec<Candidate> = typical.filter(certain).collect();
         certain.retain(|candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre));
         // Of equals the first, as they come.
-        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
+        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.shows));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
+    }
+
+    /// What most of the last frames that have a candidate show, as far as one frame does not tell all.
+    fn typically(&self, candidate: &Candidate) -> Shows {
+        if candidate.shows == Shows::Whole {
+            return Shows::Whole;
+        }
+        let near = |other: &&Candidate| {
+            are_alike(&candidate.seed, &other.seed) && candidate.seed.away_px(&other.seed) < RIVAL_PX
+        };
+        let mut shown: Vec<Shows> = self.latest().flatten().filter(near).map(|other| other.shows).collect();
+        shown.sort();
+        shown.get(shown.len() / 2).copied().unwrap_or(candidate.shows)
     }
 
     /// The seeds of the frames that may confirm one, the newest frame first.
@@ -263,12 +284,18 @@ impl Seeker {
             .any(|frames| frames >= RIVAL_SEEDS.min(self.recent.len()))
     }
 
-    /// Whether another place of the last frames, of more rank, may be the joint: it has not been seen often enough yet.
+    /// Whether another place of the last frames, that shows more, may be the joint: it has not been seen often enough yet.
     fn has_better(&self, candidate: &Candidate) -> bool {
-        let is_better =
-            |other: &&Candidate| other.rank() > candidate.rank() && candidate.seed.away_px(&other.seed) > RIVAL_PX;
-        let better = self.latest().flatten().filter(is_better);
-        better.map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX)).any(|frames| frames >= RIVAL_SEEDS)
+        let away = |other: &&Candidate| candidate.seed.away_px(&other.seed) > RIVAL_PX;
+        let better = self.latest().flatten().filter(|other| other.shows > candidate.shows).filter(away);
+        // Of two dark places in one frame neither is the better one.
+        let is_dark = |shows: Shows| shows == Shows::Dark;
+        let beside = self.latest().take(1).flatten().filter(away);
+        let as_good = beside.filter(|other| is_dark(candidate.shows) && is_dark(other.shows));
+        better
+            .chain(as_good)
+            .map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX))
+            .any(|frames| frames >= RIVAL_SEEDS)
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
@@ -364,36 +391,58 @@ impl Asked {
 /// What a gap without relief may be.
 const FLAT_DOUBT: &str = "the gap shows neither a bottom nor bent edges: it may be a mark on the plate (paint, slag) or a gap in the laser's line";
 
+/// What a step may be beside which a plate goes on.
+const STEP_DOUBT: &str = "one of the two stripes goes on past the step: it may be a second stripe, or a reflection";
+
 /// What a joint among its like may be.
 const TWIN_DOUBT: &str =
     "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
 
-/// A seed, and whether it is more than a place where the stripe is dark.
+/// What a dip may be.
+const DIP_DOUBT: &str =
+    "the stripe goes through it unbroken: it may be a scratch, the toe of a weld, or what lies on the plate";
+
+/// A seed, and what it shows beside two sides that end.
 #[derive(Debug, Clone)]
 struct Candidate {
     seed: Seed,
-    has_relief: bool,
+    shows: Shows,
+}
+
+/// In the order of what it is worth before time has told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Shows {
+    /// A place where the stripe is dark.
+    Dark,
+    /// A dip in an unbroken stripe.
+    Dip,
+    /// A joint with relief.
+    Relief,
+    /// A groove with both its shoulders, or what the user asked for.
+    Whole,
 }
 
 impl Candidate {
-    /// What it is worth before time has told: a groove with both its shoulders, a joint with relief, a dark place.
-    const fn rank(&self) -> u8 {
-        match (self.seed.certain, self.has_relief) {
-            (true, _) => 2,
-            (false, true) => 1,
-            (false, false) => 0,
-        }
-    }
-
-    /// None when what should be a gap is a mark on the plate; what the user asked for is not doubted.
+    /// None when what should be a gap or a step is a mark on the plate; what the user asked for is not doubted.
     fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
-        if seed.model.kind != JointKind::Butt || seed.certain || asked == Some(JointKind::Butt) {
-            return Some(Self { seed, has_relief: true });
+        let look = match seed.model.kind {
+            JointKind::Butt => gap_shows,
+            JointKind::Lap => step_shows,
+            JointKind::VGroove | JointKind::Fillet if !seed.certain => {
+                return Some(Self { seed, shows: Shows::Relief });
+            }
+            JointKind::VGroove | JointKind::Fillet => return Some(Self { seed, shows: Shows::Whole }),
+        };
+        if seed.certain || asked == Some(seed.model.kind) {
+            return Some(Self { shows: if seed.certain { Shows::Whole } else { Shows::Relief }, seed });
         }
-        match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
-            GapShows::Plate | GapShows::Bump | GapShows::Groove => None,
-            shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
-        }
+        let shows = match look(frame, &seed.fit, seed.model.stripe_sd_px) {
+            GapShows::Plate | GapShows::Bump | GapShows::Groove | GapShows::Flank => return None,
+            GapShows::Relief => Shows::Relief,
+            GapShows::Dip => Shows::Dip,
+            GapShows::Nothing => Shows::Dark,
+        };
+        Some(Self { seed, shows })
     }
 }
 
