@@ -79,5 +79,5 @@ pub fn run(
         printed = printed.and(say::print(&format!("{tracked} of {} recordings have results: {page}\n", jobs.len())));
     }
     printed.context("the results are written, but")?;
-    Ok(if failed > 0 { ExitCode::from(1) } else { exit_code(!any_bad) })
+    Ok(if failed > 0 { ExitCode::from(1) } else { exit_code(any_bad) })
 }

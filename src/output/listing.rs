@@ -91,10 +91,11 @@ pub fn is_in(folder: &Path) -> bool {
 /// Whether `folder` holds all that was made from `made_from`, unchanged, and nothing else.
 #[must_use]
 pub fn is_whole(folder: &Path, made_from: &str) -> bool {
-    read(folder).is_some_and(|listing| {
-        listing.made_from.as_deref() == Some(made_from)
-            && listing.files.iter().all(|(name, proof)| proof.holds(&folder.join(name)))
-            && first_foreign(folder).is_ok_and(|foreign| foreign.is_none())
+    read(folder).filter(|listing| listing.made_from.as_deref() == Some(made_from)).is_some_and(|listing| {
+        // All that is there is listed and unchanged; so, by their number, all that is listed is there.
+        let mut files = 0;
+        let only_ours = first_unlisted(folder, &listing, &mut files).is_ok_and(|foreign| foreign.is_none());
+        only_ours && files == listing.files.len()
     })
 }
 
@@ -112,12 +113,17 @@ pub fn proves(folder: &Path, name: &str) -> bool {
 /// # Errors
 /// When the folder cannot be read.
 pub fn first_foreign(folder: &Path) -> io::Result<Option<PathBuf>> {
-    let listing = read(folder).unwrap_or_else(empty);
+    first_unlisted(folder, &read(folder).unwrap_or_else(empty), &mut 0)
+}
+
+/// As [`first_foreign`] by this listing; counts the files that are ours.
+fn first_unlisted(folder: &Path, listing: &Listing, files: &mut usize) -> io::Result<Option<PathBuf>> {
     let mut foreign = None;
     walk(folder, "", &mut |name, path, is_folder| {
         let is_ours = if is_folder {
             listing.folders.contains(name)
         } else {
+            *files += 1;
             listing.files.get(name).is_some_and(|proof| !path.is_symlink() && proof.holds(path))
         };
         if !is_ours {

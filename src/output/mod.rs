@@ -7,15 +7,18 @@
 //! * [`Reads`]: what a command reads, so that nothing is written into or over it.
 //! * [`unfinished`]: what is being written now, so that a program that is told to end leaves nothing of it behind.
 
+mod existing;
 mod folder;
 pub mod listing;
+mod lock;
 mod places;
 mod system;
 pub mod unfinished;
 
 use std::path::{Path, PathBuf};
 
-pub use folder::{Existing, WholeFolder};
+pub use existing::Existing;
+pub use folder::WholeFolder;
 pub use places::{Claims, Reads, resolve};
 
 /// Why something is not written.
