@@ -3,6 +3,7 @@
 use std::io;
 use std::path::{Path, PathBuf};
 
+use super::file::is_part;
 use super::{OutputError, listing};
 
 /// What is to become of an earlier result.
@@ -48,6 +49,8 @@ pub fn check(shown: &Path, resolved: &Path, existing: Existing) -> Result<(), Ou
 fn first_entry(folder: &Path) -> io::Result<Option<PathBuf>> {
     let paths =
         std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
-    let is_private = |path: &PathBuf| listing::PRIVATE.iter().any(|name| path.ends_with(name));
+    let is_private = |path: &PathBuf| {
+        listing::PRIVATE.iter().any(|name| path.ends_with(name)) || path.file_name().is_some_and(is_part)
+    };
     Ok(paths.into_iter().filter(|path| !is_private(path)).min())
 }

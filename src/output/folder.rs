@@ -7,8 +7,6 @@ use std::path::{Path, PathBuf};
 use super::unfinished::{self, Removal};
 use super::{Existing, OutputError, existing, listing, lock, places, system};
 
-/// Longest name that leaves room for `.seamtrack-part` within the 255 bytes of most file systems.
-const LONGEST_NAME_BYTES: usize = 230;
 /// Times that making the private folder is tried: another job may take away the empty folder above it.
 const GOES: usize = 5;
 
@@ -71,7 +69,7 @@ impl WholeFolder {
 
     /// The lock in `folder`, which is made if need be.
     fn within(resolved: &Path, folder: &Path, inside: bool, shown: &Path) -> Result<Self, OutputError> {
-        let prefix = if inside { String::new() } else { hidden_name(resolved) };
+        let prefix = if inside { String::new() } else { places::hidden_name(resolved) };
         let lock_file = folder.join(format!("{prefix}.seamtrack-lock"));
         let mut made = vec![];
         let mut went = 0;
@@ -202,15 +200,6 @@ impl Drop for WholeFolder {
         for path in self.made.iter().chain([&self.part, &self.lock]) {
             unfinished::forget(path);
         }
-    }
-}
-
-/// The target's name with a dot before it; of one that is too long for what comes behind it, or no UTF-8, its check sum.
-fn hidden_name(target: &Path) -> String {
-    let name = target.file_name().unwrap_or_default();
-    match name.to_str() {
-        Some(name) if name.len() <= LONGEST_NAME_BYTES => format!(".{name}"),
-        _ => format!(".{:08x}", crc32fast::hash(name.as_encoded_bytes())),
     }
 }
 

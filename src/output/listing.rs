@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::file::{WholeFile, is_part};
+
 /// Name of the listing in its folder.
 pub const FILE_NAME: &str = ".seamtrack.json";
 /// Version of the listing; keys may be added under the same one.
@@ -177,15 +179,9 @@ fn read(folder: &Path) -> Option<Listing> {
 }
 
 fn save(folder: &Path, listing: &Listing) -> io::Result<()> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".seamtrack-");
-    // As readable as any other file; the crate's default is the owner only.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    serde_json::to_writer(io::BufWriter::new(&mut file), listing)?;
-    file.persist(folder.join(FILE_NAME))?;
-    Ok(())
+    let mut file = WholeFile::begin(&folder.join(FILE_NAME))?;
+    serde_json::to_writer(io::BufWriter::new(file.file()), listing)?;
+    file.finish()
 }
 
 /// Hands name, path and whether it is a folder to `visit`, in the order of the names, until that says false.
@@ -198,7 +194,8 @@ fn walk(
     entries.sort_by_key(std::fs::DirEntry::file_name);
     for entry in entries {
         let own_name = entry.file_name();
-        if prefix.is_empty() && PRIVATE.iter().any(|private| own_name == *private) {
+        let is_private = prefix.is_empty() && PRIVATE.iter().any(|private| own_name == *private);
+        if is_private || (is_part(&own_name) && entry.file_type()?.is_file()) {
             continue;
         }
         // A name that is no UTF-8 is none of ours: it cannot be listed, so its replacement characters stand for it.
