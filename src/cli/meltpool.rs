@@ -78,7 +78,7 @@ pub struct Meltpool {
     /// Also write trace.csv: in each frame why its value was not taken, and where it was measured
     #[arg(long)]
     trace: bool,
-    /// Exit with 3 when there is no value on more than this part of the frames
+    /// Most frames that may be without a value; above it the verdict is BAD
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
     /// Overwrite existing results

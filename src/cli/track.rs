@@ -64,10 +64,10 @@ pub struct Track {
     #[arg(long)]
     stripe: Option<Stripe>,
     /// The seam in the first frame, if you know better than the seed
-    #[arg(long, value_name = "U,V", value_parser = parse_point)]
+    #[arg(long, value_name = "U,V", value_parser = parse_point, allow_hyphen_values = true)]
     seed_at: Option<PixelPoint>,
     /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
-    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
+    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi, allow_hyphen_values = true)]
     roi: Option<[usize; 4]>,
     /// One scale along the stripe [mm/px]; without this and --calibration the path is in pixels
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "calibration")]
@@ -98,7 +98,7 @@ pub struct Track {
     /// Also write the paths as TUM trajectories (for evo)
     #[arg(long)]
     tum: bool,
-    /// Exit with 3 when the seam is unavailable on more than this part of the frames
+    /// Most frames that may be without a value; above it the verdict is BAD
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
     /// Half the width of the band that the path is to stay in: of the truth, or without one of x = 0; says how much of the path

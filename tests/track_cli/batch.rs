@@ -194,3 +194,25 @@ fn batches_of_methods_stand_in_one_table_over_their_recordings() {
     mixed.arg("compare").arg(&methods[0]).arg(methods[1].join("a")).arg("-o").arg(folder.path().join("x.html"));
     mixed.assert().code(1).stderr(line_with(&["batches and single runs"]));
 }
+
+#[test]
+fn a_second_batch_into_a_folder_is_refused_while_the_first_one_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let inputs: Vec<PathBuf> = (0..8).map(|i| linked(folder.path(), &format!("r{i}"), 58)).collect();
+    let output = folder.path().join("out");
+    let mut first = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack"));
+    first.arg("track").args(&inputs).arg("-o").arg(&output).args(["--joint", "butt", "--quiet"]);
+    let mut first = first.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let began = Instant::now();
+    while !output.join(".batch.seamtrack-part").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let mut second = seamtrack();
+    second.arg("track").args(&inputs[..2]).arg("-o").arg(&output).args(["--joint", "butt", "--force"]);
+    second.assert().code(1).stderr(line_with(&["out", "another run"]));
+    assert!(first.wait().unwrap().success());
+    let table = fs::read_to_string(output.join("batch.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9);
+    assert!(!output.join(".batch.seamtrack-part").exists());
+}

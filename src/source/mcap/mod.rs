@@ -2,24 +2,17 @@
 //! `CompressedImage` in Protobuf, JSON or ROS encoding (<https://mcap.dev/spec/registry>). Stamps are the log's.
 
 mod extent;
+mod messages;
 mod picture;
 mod wire;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufReader, Read, Take};
-use std::path::{Path, PathBuf};
+use std::io;
+use std::path::Path;
 
-use mcap::io::MessageReader;
-use mcap::sans_io::LinearReaderOptions;
-use mcap::{McapError, Message};
-
+use self::messages::{Log, LogError, Message, Messages};
 use super::gray::{Decoded, DecodedSource, SixteenBitScale, file_name, scale_frames};
 use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
-
-/// Longest record that is read \[bytes\]: a compressed log may claim any length, and memory is taken before its content is
-/// there, some four times as much. Chosen: a grey picture of the most pixels that are read, in 16 bits.
-const LONGEST_RECORD: usize = 1 << 27;
 
 /// The pictures of one topic, in the order of the log.
 pub struct Mcap {
@@ -29,8 +22,6 @@ pub struct Mcap {
     last_s: f64,
     ended: bool,
 }
-
-type Messages = MessageReader<BufReader<Take<File>>>;
 
 /// What is known of them once the log was looked through.
 #[derive(Clone)]
@@ -44,37 +35,16 @@ struct Pictures {
     notes: Vec<String>,
 }
 
-/// A log, and how far it can be read.
-#[derive(Clone)]
-struct Log {
-    path: PathBuf,
-    bytes: u64,
-}
-
-impl Log {
-    fn open(path: &Path) -> Result<Self, SourceError> {
-        let bytes = File::open(path).and_then(extent::readable_bytes);
-        let bytes = bytes.map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
-        Ok(Self { path: path.to_owned(), bytes })
-    }
-
-    /// Its messages from the first one on.
-    fn messages(&self) -> Result<Messages, SourceError> {
-        let file = File::open(&self.path).map_err(|source| SourceError::Open { path: self.path.clone(), source })?;
-        let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
-        Ok(MessageReader::new_with_options(BufReader::new(file.take(self.bytes)), options))
-    }
-}
-
 impl Mcap {
     /// Looks the log through, which takes reading it once: the topic with the most pictures, their number and stamps, and the
     /// scale of 16-bit ones.
     pub fn open(path: &Path, period: Period) -> Result<Self, SourceError> {
         let wrong = |problem: String| SourceError::Frames { path: path.to_owned(), problem };
-        let log = Log::open(path)?;
+        let failed = |source| SourceError::Open { path: path.to_owned(), source };
+        let log = Log::open(path).map_err(failed)?;
         let mut stamps: BTreeMap<String, Vec<u64>> = BTreeMap::new();
-        let mut broken: Option<McapError> = None;
-        for message in log.messages()? {
+        let mut broken: Option<LogError> = None;
+        for message in log.messages().map_err(failed)? {
             match message {
                 Ok(message) if is_picture(&message) => {
                     stamps.entry(message.channel.topic.clone()).or_default().push(message.log_time);
@@ -106,33 +76,34 @@ impl Mcap {
         let first_ns = of_topic.iter().copied().min().unwrap_or(0);
         let sample: Vec<usize> = scale_frames(of_topic.len()).collect();
         let name = file_name(path);
-        let pictures = log.messages()?.filter_map(Result::ok).filter(|message| is_from(message, &topic));
+        let pictures =
+            log.messages().map_err(failed)?.filter_map(Result::ok).filter(|message| is_from(message, &topic));
         let sampled = pictures.enumerate().filter(|(number, _)| sample.binary_search(number).is_ok());
         let scale = SixteenBitScale::of_frames(sampled.filter_map(|(_, message)| decode(&message, &name).ok()));
         let period_s = match period {
             Period::OwnOr(default_s) => median_step_s(&of_topic).unwrap_or(default_s),
             Period::Given(period_s) => period_s,
         };
-        Self::of(Pictures { log, topic, count: of_topic.len(), first_ns, scale, period_s, notes })
+        Self::of(Pictures { log, topic, count: of_topic.len(), first_ns, scale, period_s, notes }).map_err(failed)
     }
 
-    fn of(pictures: Pictures) -> Result<Self, SourceError> {
+    fn of(pictures: Pictures) -> io::Result<Self> {
         Ok(Self { messages: pictures.log.messages()?, pictures, next: 0, last_s: 0.0, ended: false })
     }
 }
 
-fn is_picture(message: &Message<'_>) -> bool {
-    message.channel.schema.as_ref().is_some_and(|schema| wire::Kind::of(&schema.name).is_some())
+fn is_picture(message: &Message) -> bool {
+    message.channel.schema.as_deref().is_some_and(|schema| wire::Kind::of(schema).is_some())
 }
 
-fn is_from(message: &Message<'_>, topic: &str) -> bool {
+fn is_from(message: &Message, topic: &str) -> bool {
     message.channel.topic == topic && is_picture(message)
 }
 
-fn decode(message: &Message<'_>, file: &str) -> Result<Decoded, FrameError> {
-    let kind = message.channel.schema.as_ref().and_then(|schema| wire::Kind::of(&schema.name));
+fn decode(message: &Message, file: &str) -> Result<Decoded, FrameError> {
+    let kind = message.channel.schema.as_deref().and_then(wire::Kind::of);
     let kind = kind.ok_or_else(|| FrameError::decode(file, "its schema is unknown"))?;
-    let read = wire::read(kind, &message.channel.message_encoding, &message.data);
+    let read = wire::read(kind, &message.channel.encoding, &message.data);
     picture::decode(read.map_err(|error| FrameError::decode(file, error))?, file)
 }
 
@@ -145,11 +116,10 @@ fn median_step_s(stamps_ns: &[u64]) -> Option<f64> {
 
 impl Mcap {
     /// The next message of the topic, or the error that ends the log.
-    fn next_message(&mut self) -> Option<Result<Message<'static>, McapError>> {
+    fn next_message(&mut self) -> Option<Result<Message, LogError>> {
         let topic = &self.pictures.topic;
-        let is_wanted = |message: &Result<Message<'static>, McapError>| {
-            message.as_ref().map_or(true, |message| is_from(message, topic))
-        };
+        let is_wanted =
+            |message: &Result<Message, LogError>| message.as_ref().map_or(true, |message| is_from(message, topic));
         self.messages.find(is_wanted)
     }
 }
@@ -177,7 +147,8 @@ impl DecodedSource for Mcap {
     }
 
     fn from_start(&self) -> Result<Self, SourceError> {
-        Self::of(self.pictures.clone())
+        let failed = |source| SourceError::Open { path: self.pictures.log.path.clone(), source };
+        Self::of(self.pictures.clone()).map_err(failed)
     }
 }
 
