@@ -321,6 +321,8 @@ impl Track {
         }
         thumbnails.write(folder.path())?;
         let mut run = Run::read(folder.path())?;
+        // Not that of the folder in which it is made.
+        run.name = folder.target().file_name().unwrap_or_default().to_string_lossy().into_owned();
         run.summary.tolerance = run.tolerance();
         if run.summary.tolerance.is_some() {
             write_summary(&folder.path().join("summary.json"), &run.summary)?;

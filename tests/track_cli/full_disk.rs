@@ -34,7 +34,7 @@ fn written() -> tempfile::TempDir {
     tracked(&input, &at("run"));
     tracked(&input, &at("run-too"));
     run(&["synth", "pool-width", "--frames", "6", "-o", "pool"], folder.path()).assert().success();
-    let lines = |scale: f64| (0..20).map(|i| format!("{i},{:.3}\n", scale * f64::from(i))).collect::<String>();
+    let lines = |scale: f64| (0..30).map(|i| format!("{i},{:.3}\n", scale * f64::from(i))).collect::<String>();
     fs::write(at("series.csv"), format!("time_s,z1\n{}", lines(0.5))).unwrap();
     fs::write(at("gauge.csv"), format!("px,mm\n{}", lines(0.07))).unwrap();
     for words in COMMANDS {
