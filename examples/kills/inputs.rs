@@ -55,7 +55,8 @@ pub fn make(binary: &Path, folder: &Path) -> Result<()> {
         std::fs::write(at("-gauge.csv"), gauge)?;
         for (run, method) in [("-run", "robust"), ("-other", "paper")] {
             let input = at("").to_string_lossy().into_owned();
-            say(&["track", &input, "--joint", "butt", "--quiet", "--preset", method], &at(run))?;
+            let words = ["track", &input, "--joint", "butt", "--quiet", "--mm-per-px", "0.073", "--preset", method];
+            say(&words, &at(run))?;
         }
     }
     Ok(())
