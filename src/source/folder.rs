@@ -65,7 +65,7 @@ impl DecodedSource for Folder {
         Some(SourceFrame { file: file_name(path), time_s: *time_s, picture: decode(path) })
     }
 
-    fn from_start(&self) -> Result<Self, SourceError> {
+    fn rewound(&self) -> Result<Self, SourceError> {
         Ok(Self { next: 0, ..self.clone() })
     }
 }
@@ -101,7 +101,7 @@ impl FrameSource for Folder {
     }
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        Ok(Box::new(self.from_start()?))
+        Ok(Box::new(self.rewound()?))
     }
 }
 

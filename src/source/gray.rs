@@ -33,7 +33,7 @@ pub trait DecodedSource: FrameSource + Sized {
     /// The next picture; none at the end.
     fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>>;
     /// What [`FrameSource::again`] gives, as what it is.
-    fn from_start(&self) -> Result<Self, SourceError>;
+    fn rewound(&self) -> Result<Self, SourceError>;
 }
 
 impl SourceFrame<Decoded> {

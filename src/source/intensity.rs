@@ -129,7 +129,7 @@ impl<S: DecodedSource + 'static> IntensitySource for Pictures<S> {
     }
 
     fn again(&self) -> Result<Box<dyn IntensitySource>, SourceError> {
-        Ok(Box::new(Self(self.0.from_start()?)))
+        Ok(Box::new(Self(self.0.rewound()?)))
     }
 }
 

@@ -123,7 +123,7 @@ impl DecodedSource for TiffStack {
         Some(SourceFrame { file, time_s: page as f64 * self.period_s, picture })
     }
 
-    fn from_start(&self) -> Result<Self, SourceError> {
+    fn rewound(&self) -> Result<Self, SourceError> {
         let Self { pages, period_s, scale, .. } = *self;
         Ok(Self { decoder: decoder(&self.path)?, path: self.path.clone(), next: 0, pages, period_s, scale })
     }
@@ -162,7 +162,7 @@ impl FrameSource for TiffStack {
     }
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        Ok(Box::new(self.from_start()?))
+        Ok(Box::new(self.rewound()?))
     }
 }
 

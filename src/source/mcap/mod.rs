@@ -146,7 +146,7 @@ impl DecodedSource for Mcap {
         Some(SourceFrame { file, time_s, picture })
     }
 
-    fn from_start(&self) -> Result<Self, SourceError> {
+    fn rewound(&self) -> Result<Self, SourceError> {
         let failed = |source| SourceError::Open { path: self.pictures.log.path.clone(), source };
         Self::of(self.pictures.clone()).map_err(failed)
     }
@@ -192,6 +192,6 @@ impl FrameSource for Mcap {
     }
 
     fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
-        Ok(Box::new(self.from_start()?))
+        Ok(Box::new(self.rewound()?))
     }
 }
