@@ -101,11 +101,13 @@ soak: setup
 kills: build
 	$(CARGO) run --release --example kills
 
-# Licences, advisories and sources of what is built in, by deny.toml. Licences and sources need no network, advisories a copy
-# of their list.
+# Licences, bans and sources of what is built in, by deny.toml: without a network. Then advisories, which need a copy of their
+# list: where it cannot be fetched that fails.
 deny:
-	@if $(CARGO) deny --version >/dev/null 2>&1; then $(CARGO) deny --all-features check; \
-	else echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; fi
+	@$(CARGO) deny --version >/dev/null 2>&1 || \
+	  { echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; }
+	$(CARGO) deny --all-features check licenses bans sources
+	$(CARGO) deny --all-features check advisories
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup

@@ -3,12 +3,8 @@
 
 mod drawing;
 
-use std::io::Write;
-use std::path::Path;
-
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::atomic::{ResultsError, write_atomically};
 use super::head::{WITHOUT_SCRIPT, head};
 use crate::calib::camera::CameraFit;
 use crate::calib::error::GOOD_VIEWS;
@@ -35,16 +31,9 @@ pub fn camera_map(fit: &CameraFit) -> Option<UncertaintyMap> {
     uncertainty_map(&fit.intrinsics, &fit.draws, fit.size_px, extent(&mut depths()), seen)
 }
 
-/// Writes the page of a camera.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_camera_page(
-    path: &Path,
-    input: &str,
-    file: &CalibrationFile,
-    fit: &CameraFit,
-) -> Result<(), ResultsError> {
+/// The page of a camera.
+#[must_use]
+pub fn camera_page(input: &str, file: &CalibrationFile, fit: &CameraFit) -> String {
     let map = camera_map(fit);
     let body = html! {
         (headline("calibrate camera", input, &fit.advice, &fit.left_out, &format!(
@@ -87,14 +76,12 @@ pub fn write_camera_page(
         }
         (foot(file))
     };
-    write_page(path, &format!("{input} – camera – seamtrack"), &body)
+    page(&format!("{input} – camera – seamtrack"), &body)
 }
 
-/// Writes the page of a laser plane.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_laser_page(path: &Path, input: &str, file: &CalibrationFile, fit: &LaserFit) -> Result<(), ResultsError> {
+/// The page of a laser plane.
+#[must_use]
+pub fn laser_page(input: &str, file: &CalibrationFile, fit: &LaserFit) -> String {
     let n = fit.sensor.plane().normal();
     let body = html! {
         (headline("calibrate laser", input, &fit.advice, &fit.left_out, &format!(
@@ -146,7 +133,7 @@ pub fn write_laser_page(path: &Path, input: &str, file: &CalibrationFile, fit: &
         }
         (foot(file))
     };
-    write_page(path, &format!("{input} – laser plane – seamtrack"), &body)
+    page(&format!("{input} – laser plane – seamtrack"), &body)
 }
 
 /// σ and scale at heights over the calibrated range.
@@ -212,7 +199,7 @@ fn foot(file: &CalibrationFile) -> Markup {
     }
 }
 
-fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsError> {
+fn page(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -220,5 +207,5 @@ fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsErro
             body { (body) }
         }
     };
-    write_atomically(path, |file| file.write_all(page.into_string().as_bytes()))
+    page.into_string()
 }
