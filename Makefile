@@ -12,7 +12,7 @@ FAULTS_SEED ?= 1
 FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
 
-.PHONY: demo pictures test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
+.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -36,10 +36,12 @@ demo: build
 	@echo "now and then: results/demo-covers-comparison.html; and at the difficult recording, a fitted joint under an arc:"
 	@echo "results/demo-hairline/report.html and results/demo-hairline/overlay."
 
-# The screenshot of the README, by the browser that the tests use.
+# The screenshot of the README, by the browser that the tests use; the pictures of the notebook.
 pictures: setup
 	./scripts/install-packages chromium
 	$(CARGO) test --test report_in_browser -- --ignored the_picture_of_the_readme
+	$(MAKE) python
+	target/python/bin/python python/examples/run_notebook.py docs/pictures
 
 build: setup
 	$(CARGO) build --release
@@ -49,11 +51,33 @@ test: setup
 	./scripts/install-packages chromium
 	$(MAKE) checks
 	$(CARGO) test --no-fail-fast
+	$(MAKE) python-test
+
+# The Python package: one wheel for CPython 3.10 and later, without OpenCV. target/python is its environment.
+wheel:
+	@./scripts/python-environment
+	rm -rf target/wheels
+	target/python/bin/maturin build --release -o target/wheels
+
+python: wheel
+	target/python/bin/python -m pip install --quiet --disable-pip-version-check --no-deps --force-reinstall target/wheels/*.whl
+
+# Format and lints of the native part, then its tests from Python; the program is what it is held against.
+python-test: python setup
+	$(CARGO) fmt -p seamtrack-python --check
+	$(CARGO) clippy -p seamtrack-python -- -D warnings
+	$(CARGO) build
+	target/python/bin/python -m pytest -q python/tests
+
+# Fleets on Ray with a node killed, on a Slurm array where Slurm is, and from an S3 server: minutes; installs Ray and moto.
+fleet-test: python
+	@./scripts/python-environment fleet
+	target/python/bin/python -m pytest -q -s python/fleet_tests
 
 checks: setup
 	$(CARGO) fmt --check
 	$(CARGO) clippy --all-targets -- -D warnings
-	$(CARGO) check --lib --no-default-features
+	$(CARGO) clippy --lib --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps
 
 # OpenCV and what builds its bindings.

@@ -32,7 +32,7 @@
 //!
 //! What a user of the library needs stands here at the root. The modules below are the house
 //! ([ARCHITECTURE.md](https://docs.rs/crate/seamtrack/latest/source/ARCHITECTURE.md) says which may use which). Without the
-//! feature `cli` the crate is the core alone.
+//! feature `cli` the crate is the core alone, and needs no OpenCV.
 
 pub mod calib;
 pub mod config;
@@ -41,13 +41,13 @@ pub mod frame;
 pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
+#[cfg(feature = "opencv")]
 pub mod meltpool;
 pub mod output;
 pub mod regress;
-#[cfg(feature = "cli")]
 pub mod report;
+#[cfg(feature = "opencv")]
 pub mod reproduce;
-#[cfg(feature = "cli")]
 pub mod run;
 pub mod source;
 pub mod synth;

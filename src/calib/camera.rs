@@ -5,12 +5,12 @@ use rayon::prelude::*;
 
 use super::adjust::{AdjustError, Problem, Sighting, State, adjust, adjust_pose, formal_covariance};
 use super::board::BoardSize;
-use super::detect::{BoardSighting, Detected, poses_of};
 use super::error::{CalibrationError, LEAST_VIEWS};
 use super::intrinsics::{INTRINSICS, Intrinsics};
 use super::laser_camera::PARAMETERS;
 use super::pose::{Pose, first_focal_px, first_pose, homography};
 use super::resample;
+use super::sightings::{BoardSighting, Detected, poses_of};
 
 /// Least spread of the boards' tilts \[°\]: the root mean square angle of their normals from the mean one. Boards that are
 /// parallel but for their noise have below 1°, tilts up to 15° to all sides 9°. Below it neither rms nor σ warn:

@@ -11,11 +11,11 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use super::board::BoardSize;
-use super::detect::BoardSighting;
 use super::intrinsics::{INTRINSIC_NAMES, INTRINSICS, Intrinsics};
 use super::laser::KnownCamera;
 use super::laser_camera::{CalibratedRange, LaserCamera, PARAMETERS, ParameterCovariance};
 use super::plane::LaserPlane;
+use super::sightings::BoardSighting;
 
 pub use super::file_sections::*;
 

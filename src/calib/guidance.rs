@@ -1,8 +1,8 @@
 //! Which view to add: what spread of tilt, depth and place the views so far lack.
 
-use super::detect::BoardSighting;
 use super::error::GOOD_VIEWS;
 use super::pose::Pose;
+use super::sightings::BoardSighting;
 
 /// Tilts to aim at, to each side \[°\]. Chosen: 20° to 40° is what mrcal and Kalibr advise; below 12° a side is missing.
 const TILT_DEG: f64 = 12.0;

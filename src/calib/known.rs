@@ -40,16 +40,22 @@ impl KnownSensor {
     /// When the file cannot be read, or holds neither.
     pub fn read(path: &Path) -> Result<Self, CalibrationFileError> {
         let content = |problem: String| CalibrationFileError::Content { path: path.to_owned(), problem };
-        let file = CalibrationFile::read(path)?;
-        let source = path.display().to_string();
+        Self::of(CalibrationFile::read(path)?, path.display().to_string()).map_err(content)
+    }
+
+    /// The sensor of a calibration that came from `source`.
+    ///
+    /// # Errors
+    /// In one line, when it holds neither camera and plane nor one scale.
+    pub fn of(file: CalibrationFile, source: String) -> Result<Self, String> {
         if let Some(scale) = &file.scale
             && file.laser.is_none()
         {
-            let sensor = Sensor::Scale(MmPerPx::new(scale.mm_per_px).map_err(|error| content(error.to_string()))?);
+            let sensor = Sensor::Scale(MmPerPx::new(scale.mm_per_px).map_err(|error| error.to_string())?);
             let std_mm_per_px = (scale.std_mm_per_px > 0.0).then_some(scale.std_mm_per_px);
             return Ok(Self { sensor, source, std_mm_per_px, file: Some(file) });
         }
-        let sensor = Sensor::Plane(Arc::new(file.laser_camera().map_err(content)?));
+        let sensor = Sensor::Plane(Arc::new(file.laser_camera()?));
         Ok(Self { sensor, source, std_mm_per_px: None, file: Some(file) })
     }
 

@@ -5,13 +5,13 @@ use rayon::prelude::*;
 
 use super::adjust::{Problem, Sighting, State, adjust, adjust_pose, stripe_offset_mm};
 use super::board::BoardSize;
-use super::detect::{BoardSighting, poses_of};
 use super::error::{CalibrationError, LEAST_VIEWS};
 use super::intrinsics::{INTRINSICS, Intrinsics};
 use super::laser_camera::{CalibratedRange, LaserCamera, PARAMETERS};
 use super::plane::LaserPlane;
 use super::pose::{Pose, first_pose};
 use super::resample;
+use super::sightings::{BoardSighting, poses_of};
 use super::stripe::StripeLineSeen;
 
 /// The heights must span this share of the distance. Chosen: at 10 % a speckle of .5 px tilts the plane by about 1 mm at

@@ -6,8 +6,11 @@ pub mod board_svg;
 pub mod camera;
 pub mod check;
 pub mod check_travel;
+#[cfg(feature = "opencv")]
 pub mod corners;
+#[cfg(feature = "opencv")]
 mod cv;
+#[cfg(feature = "opencv")]
 pub mod detect;
 pub mod error;
 pub mod file;
@@ -26,7 +29,9 @@ pub mod resample;
 mod ruler;
 pub mod scale;
 mod sensor;
+pub mod sightings;
 pub mod stripe;
+#[cfg(feature = "opencv")]
 pub mod stripes;
 mod student;
 pub mod travel;

@@ -6,9 +6,9 @@
 mod ambient_line;
 mod box_filter;
 mod centreline;
-mod cv;
 mod features;
 pub mod geometry;
+mod median;
 mod notch;
 mod notch_template;
 mod raster;
@@ -19,8 +19,8 @@ mod stripes;
 
 pub use ambient_line::AmbientLine;
 pub use centreline::{Centreline, CentrelineSettings, extract as extract_centreline, extract_along};
-pub use cv::{MedianError, MedianKernel, median};
 pub use features::{SeamFeatures, SeamRoi, SeedSettings, candidates as seam_candidates, find as find_seam_features};
+pub use median::{MedianKernel, median};
 pub use notch::NotchEvidence;
 pub use notch_template::NotchTemplate;
 pub use raster::Raster;

@@ -60,8 +60,10 @@ trait Cell: Sized {
     const EMPTY: Self;
     /// Its text; a number with `decimals` decimals.
     fn text(&self, decimals: usize) -> String;
-    /// Its number, if it holds one.
+    /// Its number, if it holds one; 0 or 1 of a boolean.
     fn number(&self) -> Option<f64>;
+    /// As its text says it.
+    fn rounded(self, decimals: usize) -> Self;
 }
 
 impl Cell for Option<f64> {
@@ -72,6 +74,9 @@ impl Cell for Option<f64> {
     fn number(&self) -> Option<f64> {
         *self
     }
+    fn rounded(self, decimals: usize) -> Self {
+        self.map(|value| written(value, decimals))
+    }
 }
 
 impl Cell for bool {
@@ -80,7 +85,10 @@ impl Cell for bool {
         u8::from(*self).to_string()
     }
     fn number(&self) -> Option<f64> {
-        None
+        Some(f64::from(u8::from(*self)))
+    }
+    fn rounded(self, _: usize) -> Self {
+        self
     }
 }
 
@@ -90,7 +98,10 @@ impl Cell for Option<bool> {
         self.map_or(String::new(), |flag| u8::from(flag).to_string())
     }
     fn number(&self) -> Option<f64> {
-        None
+        self.map(|flag| f64::from(u8::from(flag)))
+    }
+    fn rounded(self, _: usize) -> Self {
+        self
     }
 }
 
@@ -132,7 +143,25 @@ macro_rules! path_row {
             }
 
             pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
-                [Some(self.time_s), $(self.$name.number()),*].into_iter().flatten()
+                self.values().into_iter().flatten().chain([self.time_s])
+            }
+
+            /// The columns behind `status`, in order.
+            pub const VALUE_COLUMNS: &'static [&'static str] = &[$(stringify!($name)),*];
+
+            /// What stands in [`Self::VALUE_COLUMNS`]; booleans are 0 or 1.
+            #[must_use]
+            pub fn values(&self) -> [Option<f64>; Self::VALUE_COLUMNS.len()] {
+                [$(self.$name.number()),*]
+            }
+
+            /// The row as it is read back from `path.csv`.
+            pub(super) fn rounded(self, time_decimals: usize) -> Self {
+                Self {
+                    time_s: written(self.time_s, time_decimals),
+                    $($name: self.$name.rounded($decimals),)*
+                    ..self
+                }
             }
         }
     };
@@ -328,6 +357,11 @@ pub(crate) fn fixed(value: f64, decimals: usize) -> String {
         Some(digits) if digits.bytes().all(|b| b == b'0' || b == b'.') => digits.to_owned(),
         _ => text,
     }
+}
+
+/// `value` as [`fixed`] writes it; a value that is no number stays as it is.
+fn written(value: f64, decimals: usize) -> f64 {
+    fixed(value, decimals).parse().unwrap_or(value)
 }
 
 fn zero_or_one<'de, D: Deserializer<'de>>(cell: D) -> Result<bool, D::Error> {

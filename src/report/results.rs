@@ -3,6 +3,7 @@
 //! An empty cell where there is no value, fixed decimals, booleans 0/1. Columns may be added at the end, never moved
 //! or renamed without a new [schema version](super::summary::SCHEMA_VERSION); a reader ignores those it does not know.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use super::atomic::{ResultsError, write_atomically};
@@ -16,19 +17,36 @@ pub use super::path_row::{Estimator, PathRow, Status};
 /// # Errors
 /// When the file cannot be written, or a value is not finite (an absent value is `None`).
 pub fn write_path_csv(path: &Path, rows: &[PathRow]) -> Result<(), ResultsError> {
-    let whole_milliseconds = rows.iter().all(|row| (row.time_s * 1e3 - (row.time_s * 1e3).round()).abs() < 1e-4);
-    let time_decimals = if whole_milliseconds { 3 } else { 6 };
-    write_atomically(path, |file| {
-        let mut csv = csv::Writer::from_writer(file);
-        csv.write_record(COLUMNS)?;
-        for row in rows {
-            if let Some(value) = row.numbers().find(|value| !value.is_finite()) {
-                return Err(std::io::Error::other(format!("frame {} has a value that is {value}", row.frame)));
-            }
-            csv.write_record(row.cells(time_decimals))?;
+    write_atomically(path, |file| path_csv(file, rows))
+}
+
+/// Writes the content of `path.csv` anywhere.
+///
+/// # Errors
+/// When it cannot be written, or a value is not finite.
+pub fn path_csv(target: impl Write, rows: &[PathRow]) -> io::Result<()> {
+    let time_decimals = time_decimals(rows);
+    let mut csv = csv::Writer::from_writer(target);
+    csv.write_record(COLUMNS)?;
+    for row in rows {
+        if let Some(value) = row.numbers().find(|value| !value.is_finite()) {
+            return Err(io::Error::other(format!("frame {} has a value that is {value}", row.frame)));
         }
-        csv.flush()
-    })
+        csv.write_record(row.cells(time_decimals))?;
+    }
+    csv.flush()
+}
+
+fn time_decimals(rows: &[PathRow]) -> usize {
+    let whole_milliseconds = rows.iter().all(|row| (row.time_s * 1e3 - (row.time_s * 1e3).round()).abs() < 1e-4);
+    if whole_milliseconds { 3 } else { 6 }
+}
+
+/// The rows as [`read_path_csv`] gives them back after [`write_path_csv`]: the path of a run that leaves no file.
+#[must_use]
+pub fn as_written(rows: Vec<PathRow>) -> Vec<PathRow> {
+    let time_decimals = time_decimals(&rows);
+    rows.into_iter().map(|row| row.rounded(time_decimals)).collect()
 }
 
 /// Read `path.csv`.
@@ -112,6 +130,10 @@ mod tests {
         let row = PathRow { u_px: Some(1.5), x_mm: Some(0.25), ..tracked(0, 0.2) };
         write_path_csv(&path, std::slice::from_ref(&row)).unwrap();
         assert_eq!(read_path_csv(&path).unwrap(), std::slice::from_ref(&row));
+        let unrounded = vec![tracked(0, 0.033_367_4), tracked(1, 0.2)];
+        write_path_csv(&path, &unrounded).unwrap();
+        assert_eq!(read_path_csv(&path).unwrap(), as_written(unrounded));
+        write_path_csv(&path, std::slice::from_ref(&row)).unwrap();
         let wider: String = std::fs::read_to_string(&path)
             .unwrap()
             .lines()

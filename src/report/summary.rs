@@ -275,13 +275,21 @@ impl ErrorTable {
 /// When the file cannot be written.
 pub fn write_summary(path: &Path, summary: &Summary) -> Result<(), ResultsError> {
     write_atomically(path, |file| {
-        let mut value = serde_json::to_value(summary)?;
-        for key in ["timing", "errors", "plane_errors", "tolerance"] {
-            value.get_mut(key).into_iter().for_each(round);
-        }
-        serde_json::to_writer_pretty(&mut *file, &value)?;
+        serde_json::to_writer_pretty(&mut *file, &summary_json(summary)?)?;
         file.write_all(b"\n")
     })
+}
+
+/// The content of `summary.json`, rounded as in the file.
+///
+/// # Errors
+/// When a number is not finite.
+pub fn summary_json(summary: &Summary) -> Result<Value, serde_json::Error> {
+    let mut value = serde_json::to_value(summary)?;
+    for key in ["timing", "errors", "plane_errors", "tolerance"] {
+        value.get_mut(key).into_iter().for_each(round);
+    }
+    Ok(value)
 }
 
 /// Decimals of millimetres and milliseconds in `summary.json`: a nanometre, far below any error.

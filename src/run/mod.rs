@@ -1,6 +1,7 @@
 //! A recording through the tracker: frames in, rows of `path.csv` out.
 
 mod ahead;
+#[cfg(feature = "cli")]
 pub mod meltpool;
 mod rows;
 mod score;

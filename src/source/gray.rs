@@ -54,6 +54,13 @@ pub struct SixteenBitScale {
 }
 
 impl SixteenBitScale {
+    /// The 8-bit grey of a 16-bit one; a white of 0 is one of 1.
+    #[must_use]
+    pub fn eight_bits(self, grey: u16) -> u8 {
+        let white = u32::from(self.white.max(1));
+        ((u32::from(grey) * 255 + white / 2) / white).min(255) as u8
+    }
+
     /// The scale of a recording: the bit depth (8, 10, 12, 14 or 16) into which 99.9 % of the pixels of each frame of a
     /// sample fit; none where no frame is of 16 bits. Cameras of those depths write their values unshifted. Dark frames,
     /// however many, do not lower it.
@@ -83,8 +90,8 @@ impl Decoded {
         match self {
             Self::Gray8(frame) => Some(frame),
             Self::Gray16 { width_px, height_px, pixels } => {
-                let white = u32::from(scale.map_or(u16::MAX, |s| s.white));
-                let grey = pixels.iter().map(|&p| ((u32::from(p) * 255 + white / 2) / white).min(255) as u8).collect();
+                let scale = scale.unwrap_or(SixteenBitScale { white: u16::MAX });
+                let grey = pixels.iter().map(|&grey| scale.eight_bits(grey)).collect();
                 GrayFrame::new(width_px, height_px, grey).ok()
             }
         }

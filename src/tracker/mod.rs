@@ -46,7 +46,7 @@ use robust::RobustTracker;
 pub use robust::{Part, Parts, REFUSE_NIS, RobustSettings};
 pub use session::{FROZEN_AFTER_BEATS, Session, SessionSettings};
 
-use crate::imgproc::{MedianError, SeamRoi};
+use crate::imgproc::SeamRoi;
 use crate::kalman::{InnovationNotPositive, InvalidParameter, SeriesError};
 use crate::kcf::KcfError;
 use crate::units::{PixelPoint, PixelRect};
@@ -75,9 +75,6 @@ pub enum TrackerError {
     /// The smoother cannot run through the recording.
     #[error(transparent)]
     Series(#[from] SeriesError),
-    /// OpenCV failed.
-    #[error(transparent)]
-    Median(#[from] MedianError),
     /// A frame is not as large as those before it.
     #[error("a frame of {} x {} pixels follows frames of {} x {}: start a new session for it", now.0, now.1, first.0, first.1)]
     FrameSize {

@@ -146,7 +146,7 @@ fn inside(frame: &GrayFrame, point: PixelPoint) -> bool {
 
 impl PaperTracker {
     fn follow(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
-        let frame = &median(frame, self.settings.median)?;
+        let frame = &median(frame, self.settings.median);
         let (filter, around) = match self.state {
             State::Seeking => return self.seed(frame, false),
             State::Lost => return self.seed(frame, true),

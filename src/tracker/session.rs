@@ -143,8 +143,8 @@ impl Session {
     /// ([`Observation::BadStamp`]).
     ///
     /// # Errors
-    /// When the frame's size differs from the first one's, OpenCV fails, or a covariance breaks down; the last two do not
-    /// depend on what the frame shows.
+    /// When the frame's size differs from the first one's, or a covariance breaks down, which does not depend on what the
+    /// frame shows.
     pub fn step(&mut self, frame: &GrayFrame, stamp_s: f64) -> Result<Estimate, TrackerError> {
         if let Some(previous) = &self.previous {
             let (first, now) = (size_px(previous), size_px(frame));

@@ -294,7 +294,7 @@ impl Follow for RobustTracker {
     fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
         let kernel = if self.settings.parts.has(Part::Median) { MedianKernel::Three } else { MedianKernel::Off };
-        let frame = median(frame, kernel)?;
+        let frame = median(frame, kernel);
         self.doubt(&frame);
         match self.phase {
             Phase::Seeking(_) => self.seek(&frame, field, tick.beats),

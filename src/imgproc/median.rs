@@ -1,0 +1,198 @@
+//! The median filter, by minima and maxima of whole blocks of columns, which the compiler turns into vector instructions.
+//!
+//! The columns of a neighbourhood are sorted once for all pixels beside one another. Once its rows are sorted as well, the value at
+//! rank i of column j has i·j values that are not above it, itself counted, and as many that are not below it, counted from the
+//! other end: of 5 × 5 values 13 places may hold the median.
+
+use crate::frame::GrayFrame;
+
+/// The side of a median's square neighbourhood \[px\].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MedianKernel {
+    /// No filter.
+    Off,
+    /// 3 × 3.
+    Three,
+    /// 5 × 5. Larger ones are much slower, and no better on a stripe of a few pixels.
+    Five,
+}
+
+/// The median of `frame` over `kernel`; the border is continued outwards.
+#[must_use]
+pub fn median(frame: &GrayFrame, kernel: MedianKernel) -> GrayFrame {
+    match kernel {
+        MedianKernel::Off => frame.clone(),
+        MedianKernel::Three => filter::<3, 32>(frame, sort_3, middle_of_9),
+        MedianKernel::Five => filter::<5, 16>(frame, sort_5, middle_of_25),
+    }
+}
+
+/// Each pair of values in order, the smaller one first.
+macro_rules! exchange {
+    ($values:ident; $($a:literal $b:literal),*) => {$(
+        let (a, b) = ($values[$a], $values[$b]);
+        for i in 0..a.len() {
+            $values[$a][i] = a[i].min(b[i]);
+            $values[$b][i] = a[i].max(b[i]);
+        }
+    )*};
+}
+
+/// Takes `LANES` pixels of a row at a time, as many as measured fastest. `middle` is given the sorted columns of their
+/// neighbourhoods: first by rank, then by place from the left.
+fn filter<const SIDE: usize, const LANES: usize>(
+    frame: &GrayFrame,
+    sort: impl Fn(&mut [[u8; LANES]; SIDE]),
+    middle: impl Fn([[[u8; LANES]; SIDE]; SIDE]) -> [u8; LANES],
+) -> GrayFrame {
+    let (width, height, radius) = (frame.width_px(), frame.height_px(), SIDE / 2);
+    let mut ranks: [Vec<u8>; SIDE] = std::array::from_fn(|_| vec![0; width.next_multiple_of(LANES) + 2 * radius]);
+    let mut filtered = frame.clone();
+    for (v, target) in filtered.pixels_mut().chunks_exact_mut(width).enumerate() {
+        let rows: [&[u8]; SIDE] = std::array::from_fn(|dv| frame.row((v + dv).saturating_sub(radius).min(height - 1)));
+        sort_columns(&rows, &sort, radius, &mut ranks);
+        for (block, target) in target.chunks_mut(LANES).enumerate() {
+            let place = |rank: &[u8], du: usize| {
+                let mut values = [0; LANES];
+                values.copy_from_slice(&rank[block * LANES + du..][..LANES]);
+                values
+            };
+            let columns = std::array::from_fn(|rank| std::array::from_fn(|du| place(&ranks[rank], du)));
+            target.copy_from_slice(&middle(columns)[..target.len()]);
+        }
+    }
+    filtered
+}
+
+/// The values of each column of `rows`, sorted into `ranks`, which go on by `radius` on both sides.
+fn sort_columns<const SIDE: usize, const LANES: usize>(
+    rows: &[&[u8]; SIDE],
+    sort: impl Fn(&mut [[u8; LANES]; SIDE]),
+    radius: usize,
+    ranks: &mut [Vec<u8>; SIDE],
+) {
+    let width = rows[0].len();
+    for first in (0..width).step_by(LANES) {
+        let count = LANES.min(width - first);
+        let mut values = [[0; LANES]; SIDE];
+        for (values, row) in values.iter_mut().zip(rows) {
+            values[..count].copy_from_slice(&row[first..first + count]);
+        }
+        sort(&mut values);
+        for (values, rank) in values.iter().zip(ranks.iter_mut()) {
+            rank[radius + first..][..LANES].copy_from_slice(values);
+        }
+    }
+    for rank in ranks {
+        let (left, right) = (rank[radius], rank[radius + width - 1]);
+        rank[..radius].fill(left);
+        rank[radius + width..][..radius].fill(right);
+    }
+}
+
+/// The median of three by three: the middle of the largest minimum, the middle median and the least maximum of the columns.
+#[inline(always)]
+fn middle_of_9<const LANES: usize>([mut low, middle, mut high]: [[[u8; LANES]; 3]; 3]) -> [u8; LANES] {
+    exchange!(low; 0 1, 1 2);
+    exchange!(high; 1 2, 0 1);
+    middle_of_3([low[2], middle_of_3(middle), high[0]])
+}
+
+#[inline(always)]
+fn middle_of_3<const LANES: usize>(mut values: [[u8; LANES]; 3]) -> [u8; LANES] {
+    sort_3(&mut values);
+    values[1]
+}
+
+#[inline(always)]
+fn sort_3<const LANES: usize>(values: &mut [[u8; LANES]; 3]) {
+    exchange!(values; 0 1, 1 2, 0 1);
+}
+
+#[inline(always)]
+fn middle_of_25<const LANES: usize>(mut ranks: [[[u8; LANES]; 5]; 5]) -> [u8; LANES] {
+    ranks.iter_mut().for_each(sort_5);
+    let [a, b, c, d, e] = ranks;
+    // All others have more than twelve values on one side of them.
+    middle_of_13([a[3], a[4], b[2], b[3], b[4], c[1], c[2], c[3], d[0], d[1], d[2], e[0], e[1]])
+}
+
+/// Of eight of thirteen values the least and the largest cannot lie in the middle: they are dropped, the next value takes the place of
+/// the largest, and so on.
+#[inline(always)]
+fn middle_of_13<const LANES: usize>(mut p: [[u8; LANES]; 13]) -> [u8; LANES] {
+    exchange!(p; 0 4, 1 5, 2 6, 3 7, 0 1, 2 3, 0 2, 4 5, 6 7, 5 7);
+    p[7] = p[8];
+    exchange!(p; 1 4, 2 5, 3 6, 1 2, 1 3, 1 7, 4 5, 5 6, 6 7);
+    p[7] = p[9];
+    exchange!(p; 2 5, 3 6, 4 7, 2 3, 2 4, 5 6, 6 7);
+    p[7] = p[10];
+    exchange!(p; 3 5, 4 6, 3 4, 3 7, 5 6, 6 7);
+    p[7] = p[11];
+    exchange!(p; 4 5, 6 7, 4 6, 5 7);
+    p[7] = p[12];
+    exchange!(p; 5 6, 6 7, 5 6);
+    p[6]
+}
+
+#[inline(always)]
+fn sort_5<const LANES: usize>(values: &mut [[u8; LANES]; 5]) {
+    exchange!(values; 0 1, 3 4, 2 4, 2 3, 1 4, 0 3, 0 2, 1 3, 1 2);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn naive(frame: &GrayFrame, radius_px: isize) -> Vec<u8> {
+        let mut out = vec![];
+        for v in 0..frame.height_px() as isize {
+            for u in 0..frame.width_px() as isize {
+                let mut values: Vec<u8> = (-radius_px..=radius_px)
+                    .flat_map(|dv| (-radius_px..=radius_px).map(move |du| (du, dv)))
+                    .map(|(du, dv)| frame.at_clamped(u + du, v + dv))
+                    .collect();
+                values.sort_unstable();
+                out.push(values[values.len() / 2]);
+            }
+        }
+        out
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+        #[test]
+        fn the_median_is_the_middle_of_the_sorted_neighbourhood(
+            (width, height, pixels) in (1usize..40, 1usize..24)
+                .prop_flat_map(|(w, h)| (Just(w), Just(h), proptest::collection::vec(any::<u8>(), w * h)))
+        ) {
+            let frame = GrayFrame::new(width, height, pixels).unwrap();
+            let (three, five) = (median(&frame, MedianKernel::Three), median(&frame, MedianKernel::Five));
+            prop_assert_eq!(three.pixels(), naive(&frame, 1));
+            prop_assert_eq!(five.pixels(), naive(&frame, 2));
+        }
+    }
+
+    /// A network of comparisons that is right for all zeros and ones is right for all values; the neighbourhood of the one pixel
+    /// in the middle takes every pattern here.
+    #[test]
+    fn every_pattern_of_dark_and_bright_neighbours_has_its_median() {
+        for pattern in 0u32..1 << 9 {
+            let columns = std::array::from_fn(|dv| std::array::from_fn(|du| [(pattern >> (3 * dv + du) & 1) as u8]));
+            let mut sorted: [[[u8; 1]; 3]; 3] = columns;
+            for du in 0..3 {
+                let mut column: [[u8; 1]; 3] = std::array::from_fn(|dv| sorted[dv][du]);
+                sort_3(&mut column);
+                (0..3).for_each(|dv| sorted[dv][du] = column[dv]);
+            }
+            assert_eq!(middle_of_9(sorted)[0], u8::from(pattern.count_ones() > 4), "{pattern:b}");
+        }
+        // Of 5 × 5 only the number of bright pixels in each column matters, as columns are sorted first.
+        for code in 0..6usize.pow(5) {
+            let bright: [usize; 5] = std::array::from_fn(|du| code / 6usize.pow(du as u32) % 6);
+            let columns = std::array::from_fn(|rank| std::array::from_fn(|du| [u8::from(rank + bright[du] >= 5)]));
+            assert_eq!(middle_of_25(columns)[0], u8::from(bright.iter().sum::<usize>() > 12), "{bright:?}");
+        }
+    }
+}
