@@ -41,6 +41,7 @@ pub mod frame;
 pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
+pub mod live;
 pub mod meltpool;
 pub mod output;
 pub mod regress;
