@@ -94,6 +94,27 @@ pub enum Why {
 }
 
 impl Why {
+    /// All of them, in the order of their numbers.
+    pub const ALL: [Self; 11] = [
+        Self::Fine,
+        Self::BeforeStart,
+        Self::Bridging,
+        Self::SeamUnseen,
+        Self::CameraSilent,
+        Self::NotFound,
+        Self::RobotSilent,
+        Self::BadPose,
+        Self::OutOfReach,
+        Self::Asked,
+        Self::EndOfSeam,
+    ];
+
+    /// The one of a number on the wire.
+    #[must_use]
+    pub fn of_code(code: u16) -> Option<Self> {
+        Self::ALL.into_iter().find(|why| why.code() == code)
+    }
+
     /// Its name in logs and reports.
     #[must_use]
     pub const fn name(self) -> &'static str {

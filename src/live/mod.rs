@@ -11,20 +11,76 @@
 //! | `corrections` | what was sent: under way, caps |
 //! | `guard` | when a correction may be sent, and when the seam is given up |
 //! | `stamps` | a camera's clock and ours |
+//!
+//! Around it, with the feature `cli`, what runs it:
+//!
+//! | file | what it does |
+//! |---|---|
+//! | `run`, `config` | threads of a live run, and `live.toml` |
+//! | `slot` | the newest picture between camera and tracker |
+//! | `camera`, `stream` | a recording or a scene at its own speed; pictures of a simulated cell |
+//! | `robot`, `rsi` | cycles and answers; KUKA's messages |
+//! | `recorder` | the log that `track` reads |
+//! | `spread` | latencies in memory that does not grow |
+//! | `cell` | a simulated robot cell with a known seam |
 
+#[cfg(feature = "cli")]
+mod camera;
+#[cfg(feature = "cli")]
+mod cell;
+#[cfg(feature = "cli")]
+mod config;
 mod corrections;
 mod guard;
 mod guide;
 mod poses;
+#[cfg(feature = "cli")]
+mod recorder;
 mod ring;
+#[cfg(feature = "cli")]
+mod robot;
+#[cfg(feature = "cli")]
+mod rsi;
+#[cfg(feature = "cli")]
+mod run;
 mod settings;
+#[cfg(feature = "cli")]
+mod slot;
+#[cfg(feature = "cli")]
+mod spread;
 mod stamps;
+#[cfg(feature = "cli")]
+mod stream;
+
+#[cfg(feature = "cli")]
+pub use cell::{
+    CellError, CellReport, CellScene, CellSettings, READOUT_S, TorchError, Trouble, TroubleKind, run as run_cell,
+};
+#[cfg(feature = "cli")]
+pub use config::{Link, LiveConfig, RobotConfig};
 
 pub use guard::{State, Why};
 pub use guide::{Answer, Correction, Guide, Offset, Sighting};
 pub use poses::Pose;
+#[cfg(feature = "cli")]
+pub use robot::RobotCounts;
+#[cfg(feature = "cli")]
+pub use run::{LiveError, LiveReport, run};
 pub use settings::{BadGuideSetting, GuideSettings};
+#[cfg(feature = "cli")]
+pub use spread::Spread;
 pub use stamps::StampMap;
+
+/// Cycles by state, in words.
+#[cfg(feature = "cli")]
+fn state_names(by_state: &[u64; State::ALL.len()]) -> String {
+    State::ALL
+        .iter()
+        .zip(by_state)
+        .map(|(state, count)| format!("{} {count}", state.name()))
+        .collect::<Vec<_>>()
+        .join(", ")
+}
 
 #[cfg(test)]
 mod tests;
