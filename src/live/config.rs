@@ -46,6 +46,20 @@ pub struct LiveConfig {
     /// The robot.
     #[serde(default)]
     pub robot: RobotConfig,
+    /// Registers for a PLC; there are none when this is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modbus: Option<ModbusConfig>,
+}
+
+/// Registers for a PLC.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ModbusConfig {
+    /// Where we listen. Modbus knows no password: keep it in the machine's own network.
+    pub listen: SocketAddr,
+    /// A PLC whose heartbeat stands for longer than this stops the corrections \[s\]; none is expected when it is not given.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub plc_silent_s: Option<f64>,
 }
 
 /// How the robot is spoken to.
@@ -130,6 +144,12 @@ impl LiveConfig {
         within("robot.speed_mm_s", *speed_mm_s, 0.0, 1000.0)?;
         within("robot.cycle_s", *cycle_s, 0.001, 0.1)?;
         within("camera_lag_s", self.camera_lag_s, 0.0, 1.0)?;
+        within(
+            "modbus.plc_silent_s",
+            self.modbus.as_ref().and_then(|modbus| modbus.plc_silent_s).unwrap_or(1.0),
+            0.05,
+            600.0,
+        )?;
         within("rate", self.rate, 0.01, 1000.0)?;
         match self.torch_px {
             Some(point) if !point.iter().all(|px| px.is_finite()) => Err("torch_px must be two numbers".into()),

@@ -91,11 +91,13 @@ pub enum Why {
     Asked,
     /// The seam's length is done.
     EndOfSeam,
+    /// The PLC's heartbeat stands.
+    PlcSilent,
 }
 
 impl Why {
     /// All of them, in the order of their numbers.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Fine,
         Self::BeforeStart,
         Self::Bridging,
@@ -107,6 +109,7 @@ impl Why {
         Self::OutOfReach,
         Self::Asked,
         Self::EndOfSeam,
+        Self::PlcSilent,
     ];
 
     /// The one of a number on the wire.
@@ -130,6 +133,7 @@ impl Why {
             Self::OutOfReach => "out-of-reach",
             Self::Asked => "asked",
             Self::EndOfSeam => "end-of-seam",
+            Self::PlcSilent => "plc-silent",
         }
     }
 
@@ -148,6 +152,7 @@ impl Why {
             Self::OutOfReach => 8,
             Self::Asked => 9,
             Self::EndOfSeam => 10,
+            Self::PlcSilent => 11,
         }
     }
 }

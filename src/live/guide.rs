@@ -118,8 +118,8 @@ impl Guide {
     }
 
     /// Gives up until [`Self::reset`].
-    pub fn stop(&mut self) {
-        self.guard.stop(Why::Asked);
+    pub fn stop(&mut self, why: Why) {
+        self.guard.stop(why);
     }
 
     /// Sightings without a pose of the robot at their exposure: they were not used.

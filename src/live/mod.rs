@@ -20,6 +20,7 @@
 //! | `slot` | the newest picture between camera and tracker |
 //! | `camera`, `stream` | a recording or a scene at its own speed; pictures of a simulated cell |
 //! | `robot`, `rsi` | cycles and answers; KUKA's messages |
+//! | `modbus` | registers for a PLC |
 //! | `recorder` | the log that `track` reads |
 //! | `spread` | latencies in memory that does not grow |
 //! | `cell` | a simulated robot cell with a known seam |
@@ -33,6 +34,8 @@ mod config;
 mod corrections;
 mod guard;
 mod guide;
+#[cfg(feature = "cli")]
+mod modbus;
 mod poses;
 #[cfg(feature = "cli")]
 mod recorder;
@@ -57,7 +60,7 @@ pub use cell::{
     CellError, CellReport, CellScene, CellSettings, READOUT_S, TorchError, Trouble, TroubleKind, run as run_cell,
 };
 #[cfg(feature = "cli")]
-pub use config::{Link, LiveConfig, RobotConfig};
+pub use config::{Link, LiveConfig, ModbusConfig, RobotConfig};
 
 pub use guard::{State, Why};
 pub use guide::{Answer, Correction, Guide, Offset, Sighting};

@@ -3,7 +3,7 @@
 use std::io::ErrorKind;
 use std::net::UdpSocket;
 use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU16, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender};
 use std::time::{Duration, Instant};
 
@@ -25,8 +25,54 @@ const LONGEST_MESSAGE: usize = 4096;
 pub struct Shared {
     /// The run is to end.
     pub ends: AtomicBool,
-    /// The last answer to the robot. Whoever reads it holds it for the time of a copy; the robot's thread never waits for it.
-    pub answer: Mutex<Option<Answer>>,
+    /// What the robot was told last. Whoever reads it holds it for the time of a copy; the robot's thread never waits for it.
+    told: Mutex<Option<Told>>,
+    /// What a PLC asks for.
+    pub orders: Orders,
+}
+
+/// The last answer to the robot.
+#[derive(Debug, Clone, Copy)]
+pub struct Told {
+    /// The answer.
+    pub answer: Answer,
+    /// Number of the cycle: a heartbeat.
+    pub cycle: u64,
+}
+
+/// What a PLC asks for: registers that it writes.
+#[derive(Debug, Default)]
+pub struct Orders {
+    /// A [`Command`]; acts when it changes.
+    command: AtomicU16,
+    /// Its heartbeat, and when it changed last, by the run's clock \[ms\].
+    heartbeat: AtomicU16,
+    heard_ms: AtomicU64,
+    /// The torch's speed \[0.01 mm/s\]; 0: the configured one.
+    speed: AtomicU16,
+}
+
+impl Orders {
+    /// What was written, by register.
+    pub fn written(&self) -> [u16; 3] {
+        [&self.command, &self.heartbeat, &self.speed].map(|register| register.load(Ordering::Relaxed))
+    }
+
+    /// Takes what a PLC writes into register 0, 1 or 2.
+    pub fn write(&self, register: u16, value: u16, now_s: f64) {
+        match register {
+            0 => self.command.store(value, Ordering::Relaxed),
+            1 if self.heartbeat.swap(value, Ordering::Relaxed) != value => {
+                self.heard_ms.store((now_s * 1e3) as u64, Ordering::Relaxed);
+            }
+            2 => self.speed.store(value, Ordering::Relaxed),
+            _ => {}
+        }
+    }
+
+    fn silent_s(&self, now_s: f64) -> f64 {
+        now_s - self.heard_ms.load(Ordering::Relaxed) as f64 * 1e-3
+    }
 }
 
 impl Shared {
@@ -35,9 +81,9 @@ impl Shared {
         self.ends.load(Ordering::Relaxed)
     }
 
-    /// The last answer.
-    pub fn last_answer(&self) -> Option<Answer> {
-        *self.answer.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    /// What the robot was told last.
+    pub fn last(&self) -> Option<Told> {
+        *self.told.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
 
@@ -74,6 +120,9 @@ pub struct Leader<'a> {
     pub news: SyncSender<String>,
     /// What was counted.
     pub counts: RobotCounts,
+    plc_silent_s: Option<f64>,
+    ordered: Command,
+    cycle: u64,
     last: Option<(State, Why)>,
 }
 
@@ -84,8 +133,29 @@ impl<'a> Leader<'a> {
         sightings: Receiver<Sighting>,
         (shared, clock): (&'a Shared, LiveClock),
         news: SyncSender<String>,
+        plc_silent_s: Option<f64>,
     ) -> Self {
-        Self { guide, sightings, shared, clock, news, counts: RobotCounts::default(), last: None }
+        let (counts, ordered) = (RobotCounts::default(), Command::Nothing);
+        Self { guide, sightings, shared, clock, news, counts, plc_silent_s, ordered, cycle: 0, last: None }
+    }
+
+    /// Does what a PLC asks for; whether all was forgotten.
+    fn obey(&mut self, now_s: f64) -> bool {
+        if self.plc_silent_s.is_some_and(|limit_s| self.shared.orders.silent_s(now_s) > limit_s) {
+            self.guide.stop(Why::PlcSilent);
+        }
+        let asked = Command::of(self.shared.orders.written()[0]);
+        std::mem::replace(&mut self.ordered, asked) != asked && self.carry_out(asked)
+    }
+
+    /// Whether all was forgotten.
+    fn carry_out(&mut self, command: Command) -> bool {
+        match command {
+            Command::Reset => self.guide.reset(),
+            Command::Stop => self.guide.stop(Why::Asked),
+            Command::Nothing => {}
+        }
+        command == Command::Reset
     }
 
     fn see(&mut self) {
@@ -100,8 +170,9 @@ impl<'a> Leader<'a> {
         if answer.state == State::Stop {
             self.counts.stopped.get_or_insert(answer.why);
         }
-        if let Ok(mut last) = self.shared.answer.try_lock() {
-            *last = Some(*answer);
+        self.cycle += 1;
+        if let Ok(mut told) = self.shared.told.try_lock() {
+            *told = Some(Told { answer: *answer, cycle: self.cycle });
         }
         let now = (answer.state, answer.why);
         if self.last.replace(now) != Some(now) {
@@ -119,7 +190,11 @@ impl<'a> Leader<'a> {
             std::thread::sleep(next.saturating_duration_since(Instant::now()));
             self.see();
             let began = Instant::now();
-            let answer = self.guide.cycle_at_speed(self.clock.now_s(), config.speed_mm_s);
+            let now_s = self.clock.now_s();
+            self.obey(now_s);
+            let ordered_mm_s = f64::from(self.shared.orders.written()[2]) * 0.01;
+            let speed_mm_s = if ordered_mm_s > 0.0 { ordered_mm_s } else { config.speed_mm_s };
+            let answer = self.guide.cycle_at_speed(now_s, speed_mm_s);
             self.counts.work_ms.push(began.elapsed().as_secs_f64() * 1e3);
             self.tell(&answer);
         }
@@ -154,17 +229,14 @@ impl<'a> Leader<'a> {
             };
             self.see();
             self.counts.late = self.counts.late.max(cycle.late.unwrap_or(0));
+            let mut is_reset = self.obey(now_s);
             if let Some(asked) = cycle.command
                 && std::mem::replace(&mut command, asked) != asked
             {
-                match asked {
-                    Command::Reset => {
-                        self.guide.reset();
-                        (start_mm, last) = (None, None);
-                    }
-                    Command::Stop => self.guide.stop(),
-                    Command::Nothing => {}
-                }
+                is_reset |= self.carry_out(asked);
+            }
+            if is_reset {
+                (start_mm, last) = (None, None);
             }
             // A stamp that does not go on is a robot that stands: it gets no step for it.
             let stamp: u64 = cycle.ipoc.parse().unwrap_or(0);

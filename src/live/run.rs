@@ -1,15 +1,16 @@
 //! A live run: camera, tracker, robot and recorder, each on a thread of its own.
 
 use std::fmt;
-use std::net::UdpSocket;
+use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::camera::{Camera, LiveClock, Picture, Player, SceneSource, Taken};
-use super::config::{Link, LiveConfig};
+use super::config::{Link, LiveConfig, ModbusConfig};
 use super::guide::{Guide, Offset, Sighting};
+use super::modbus;
 use super::recorder::{self, Entry, RecordError};
 use super::robot::{Leader, RobotCounts, Shared};
 use super::settings::BadGuideSetting;
@@ -60,8 +61,8 @@ pub enum LiveError {
     /// The tracker failed.
     #[error(transparent)]
     Tracker(#[from] TrackerError),
-    /// The robot's port cannot be opened or fails.
-    #[error("the robot's port {address} cannot be used: is another program on it?")]
+    /// A port cannot be opened or fails.
+    #[error("the port {address} cannot be used: is another program on it?")]
     Port {
         /// The address.
         address: std::net::SocketAddr,
@@ -135,11 +136,14 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
     let mut camera = open_camera(config)?;
     let tracking = Tracking::new(config)?;
     let guide = Guide::new(config.guide)?;
-    let port = |source| LiveError::Port { address: config.robot.listen, source };
+    let port = |address| move |source| LiveError::Port { address, source };
+    let robot_port = port(config.robot.listen);
     let socket = match config.robot.link {
         Link::None => None,
-        Link::Rsi => Some(UdpSocket::bind(config.robot.listen).map_err(port)?),
+        Link::Rsi => Some(UdpSocket::bind(config.robot.listen).map_err(robot_port)?),
     };
+    let listen = |modbus: &ModbusConfig| TcpListener::bind(modbus.listen).map_err(port(modbus.listen));
+    let registers = config.modbus.as_ref().map(listen).transpose()?;
     let log = config.record.as_deref().map(|path| Ok::<_, RecordError>((path, recorder::create(path)?))).transpose()?;
     let (shared, slot, clock) = (Shared::default(), Slot::default(), LiveClock::start());
     let (saw, sightings) = sync_channel(SIGHTINGS);
@@ -153,7 +157,8 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
         let shared = &shared;
         let slot = &slot;
         let robot = {
-            let mut leader = Leader::new(guide, sightings, (shared, clock), tell);
+            let plc_silent_s = config.modbus.as_ref().and_then(|modbus| modbus.plc_silent_s);
+            let mut leader = Leader::new(guide, sightings, (shared, clock), tell, plc_silent_s);
             let socket = &socket;
             scope.spawn(move || {
                 let _ending = Ending(shared);
@@ -164,6 +169,13 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
                 Ok(leader.counts)
             })
         };
+        let registers = registers.as_ref().map(|listener| {
+            scope.spawn(move || {
+                let _ending = Ending(shared);
+                let address = listener.local_addr().unwrap_or(config.robot.listen);
+                modbus::serve(listener, shared, clock).map_err(port(address))
+            })
+        });
         let tracker = scope.spawn(move || {
             let _ending = Ending(shared);
             tracking.run(slot, clock, shared, &saw, to_log.as_ref())
@@ -187,7 +199,9 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
         let recorded = recording.map(|recording| recording.join().map_err(|_| LiveError::Thread("recorder")));
         let recorded = recorded.transpose()?.transpose()?.unwrap_or(0);
         told.try_iter().for_each(|line| news(&line));
-        let robot = counted.map_err(port)?;
+        let served = registers.map(|served| served.join().map_err(|_| LiveError::Thread("registers")));
+        served.transpose()?.transpose()?;
+        let robot = counted.map_err(robot_port)?;
         Ok::<_, LiveError>(LiveReport { pictures, camera_troubles, recorded, robot, ..tracked })
     })?;
     report.passed_over = slot.passed_over();
@@ -347,7 +361,7 @@ impl Tracking {
             picture: picture.frame,
             row: row(number, format!("live[{number}]"), time_s, Some(estimate), self.ruler.as_ref()),
             marks: marks(Some(estimate)),
-            answer: shared.last_answer(),
+            answer: shared.last().map(|told| told.answer),
         };
         if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = to_log.try_send(entry) {
             self.report.record_holes += 1;
