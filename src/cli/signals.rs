@@ -1,4 +1,7 @@
-//! SIGINT and SIGTERM end the program as they always do, and leave nothing unfinished behind.
+//! SIGINT and SIGTERM end the program as they always do, and leave nothing unfinished behind; what runs live is told to end.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use seamtrack::output::unfinished;
 
@@ -18,6 +21,21 @@ pub fn end_without_leftovers() {
             }
         });
     }
+}
+
+/// A flag that is set when the program is told to end. A second time ends it at once.
+///
+/// # Errors
+/// When the system does not let signals be handled.
+pub fn asked_to_end() -> std::io::Result<Arc<AtomicBool>> {
+    let asked = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        // In this order: the first signal sets the flag behind the check, the second finds it set.
+        signal_hook::flag::register_conditional_default(signal, Arc::clone(&asked))?;
+        signal_hook::flag::register(signal, Arc::clone(&asked))?;
+    }
+    Ok(asked)
 }
 
 /// Waits if the program is being ended: what goes wrong because of that is no error to tell.

@@ -10,11 +10,12 @@ mod summarise;
 
 use std::time::Instant;
 
+pub use rows::{marks, row};
 pub use score::{error_table, plane_errors};
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
-use self::rows::{fill_smoothed, row};
+use self::rows::fill_smoothed;
 use crate::calib::laser_camera::OtherImageSize;
 use crate::calib::{KnownSensor, Origin, Ruler};
 use crate::config::{Config, ConfigError};
