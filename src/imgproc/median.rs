@@ -180,12 +180,13 @@ mod tests {
     fn every_pattern_of_dark_and_bright_neighbours_has_its_median() {
         for pattern in 0u32..1 << 9 {
             let columns = std::array::from_fn(|dv| std::array::from_fn(|du| [(pattern >> (3 * dv + du) & 1) as u8]));
-            let mut sorted: [[[u8; 1]; 3]; 3] = columns;
-            for du in 0..3 {
-                let mut column: [[u8; 1]; 3] = std::array::from_fn(|dv| sorted[dv][du]);
+            let rows: [[[u8; 1]; 3]; 3] = columns;
+            let by_column: [[[u8; 1]; 3]; 3] = std::array::from_fn(|du| {
+                let mut column = rows.map(|row| row[du]);
                 sort_3(&mut column);
-                (0..3).for_each(|dv| sorted[dv][du] = column[dv]);
-            }
+                column
+            });
+            let sorted = std::array::from_fn(|rank| by_column.map(|column| column[rank]));
             assert_eq!(middle_of_9(sorted)[0], u8::from(pattern.count_ones() > 4), "{pattern:b}");
         }
         // Of 5 × 5 only the number of bright pixels in each column matters, as columns are sorted first.

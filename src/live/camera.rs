@@ -1,9 +1,10 @@
 //! Where live pictures come from.
 
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use crate::frame::GrayFrame;
-use crate::source::{FrameSource, SourceFrame};
+use crate::source::{FrameSource, SourceError, SourceFrame};
 use crate::synth::Scene;
 
 /// Longest that a camera is waited for before somebody looks whether the run is to end. Chosen.
@@ -107,15 +108,15 @@ impl Camera for Player {
 
 /// A made-up scene as a recording.
 pub struct SceneSource {
-    scene: Scene,
+    scene: Arc<Scene>,
     next: usize,
 }
 
 impl SceneSource {
     /// All frames of `scene`.
     #[must_use]
-    pub const fn new(scene: Scene) -> Self {
-        Self { scene, next: 0 }
+    pub fn new(scene: Scene) -> Self {
+        Self { scene: Arc::new(scene), next: 0 }
     }
 }
 
@@ -140,5 +141,9 @@ impl FrameSource for SceneSource {
 
     fn period_s(&self) -> f64 {
         self.scene.drawn_scenario().period_s
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(Self { scene: Arc::clone(&self.scene), next: 0 }))
     }
 }

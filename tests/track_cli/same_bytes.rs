@@ -52,7 +52,7 @@ fn threads_language_time_zone_and_working_directory_change_no_byte() {
         let mut command = seamtrack();
         command.arg("track").arg(demo()).arg("-o").arg(&output).arg("--truth").arg(demo().join("truth.csv"));
         command.args(["--mm-per-px", "0.073", "--trace", "--tum", "--quiet"]).envs(environment.iter().copied());
-        command.current_dir(if number % 2 == 0 { folder.path() } else { &elsewhere }).assert().success();
+        command.current_dir(if number.is_multiple_of(2) { folder.path() } else { &elsewhere }).assert().success();
         results(&output)
     };
     let first = run(0, settings[0]);
