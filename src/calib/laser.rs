@@ -90,6 +90,8 @@ pub struct LaserFit {
     pub views: Vec<LaserView>,
     /// Draws of the bootstrap, as differences from the fit.
     pub draws: Vec<SVector<f64, PARAMETERS>>,
+    /// TEMP
+    pub jack: Vec<SVector<f64, PARAMETERS>>,
     /// Number of different poses with a stripe.
     pub poses: usize,
     /// Whether the camera was fitted along with the plane.
@@ -149,6 +151,7 @@ pub fn fit_laser(
     let draws = laser_draws(camera, &problem, &state, &pose_of)?;
     let poses = pose_of.iter().max().map_or(0, |last| last + 1);
     let covariance = resample::covariance(&draws, stripe_poses.min(poses));
+    let jack = resample::jackknife(&problem, &state, &pose_of)?;
     let left_out_mm = left_out_means(&problem, &state, &pose_of, first, &views);
     let flagged = flags(&left_out_mm);
     let bare = LaserCamera::new(camera.size_px, state.intrinsics, plane, None, None);
@@ -183,6 +186,7 @@ pub fn fit_laser(
         rms_mm: (squares.0 / squares.1).sqrt(),
         views: results,
         draws,
+        jack,
         poses: stripe_poses,
         jointly,
         left_out,

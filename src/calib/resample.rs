@@ -89,3 +89,25 @@ fn difference(from: &State, to: &State) -> SVector<f64, PARAMETERS> {
     }
     difference
 }
+
+/// The jackknife's replicates over poses.
+///
+/// # Errors
+/// When a pose cannot be left out.
+pub fn jackknife(
+    problem: &Problem,
+    state: &State,
+    pose_of: &[usize],
+) -> Result<Vec<SVector<f64, PARAMETERS>>, AdjustError> {
+    let poses = pose_of.iter().max().map_or(0, |last| last + 1);
+    let scale = (poses as f64 - 1.0).max(0.0).sqrt();
+    (0..poses)
+        .into_par_iter()
+        .map(|left_out| {
+            let keep = |k: usize| if pose_of[k] == left_out { 0.0 } else { problem.weights[k] };
+            let weights = (0..problem.weights.len()).map(keep).collect();
+            let others = adjust(&Problem { weights, ..problem.clone() }, state.clone())?;
+            Ok(scale * difference(state, &others))
+        })
+        .collect()
+}
