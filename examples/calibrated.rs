@@ -84,7 +84,8 @@ fn trial(program: &Path, folder: &Path, (scene, seed): (&str, u64), arguments: &
         ensure!(done, "seamtrack {}: {}", words.join(" "), String::from_utf8_lossy(&said.stderr).trim());
         Ok::<_, anyhow::Error>(())
     };
-    let [seed, boards, frames] = [seed, arguments.boards as u64, arguments.frames as u64].map(|number| number.to_string());
+    let [seed, boards, frames] =
+        [seed, arguments.boards as u64, arguments.frames as u64].map(|number| number.to_string());
     let (camera, calibration, result) = (path("camera.toml"), path("calibration.toml"), path("result"));
     run(&["synth", scene, "-o", &path("rec"), "--seed", &seed, "--boards", &boards, "--frames", &frames])?;
     run(&["calibrate", "camera", &path("rec/boards"), "--square", "15", "-o", &camera])?;

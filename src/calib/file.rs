@@ -235,11 +235,8 @@ impl CalibrationFile {
         let (u_px, v_px) = (at_px.0 as f64, at_px.1 as f64);
         self.image = Some(ImageSection { width: size_px.0, height: size_px.1 });
         self.camera = self.camera.map(|c| CameraSection { cx: c.cx - u_px, cy: c.cy - v_px, ..c });
-        self.range = self.range.map(|r| RangeSection {
-            u_px: r.u_px.map(|u| u - u_px),
-            v_px: r.v_px.map(|v| v - v_px),
-            ..r
-        });
+        self.range =
+            self.range.map(|r| RangeSection { u_px: r.u_px.map(|u| u - u_px), v_px: r.v_px.map(|v| v - v_px), ..r });
         self.views = vec![];
         self
     }

@@ -120,7 +120,9 @@ mod tests {
         assert_eq!(pairs, [Pair { lit: 2, dark: Some(0) }, Pair { lit: 3, dark: Some(1) }]);
         let pairs = pair_by_name(&names(&["03_laser_off.png", "03_laser_on.png"])).unwrap();
         assert_eq!(pairs, [Pair { lit: 1, dark: Some(0) }]);
-        for (dark, lit) in [("board_off_3.bmp", "board_on_3.bmp"), ("no_laser3.tif", "laser3.tif"), ("cam-3-OFF.png", "cam-3-ON.png")] {
+        for (dark, lit) in
+            [("board_off_3.bmp", "board_on_3.bmp"), ("no_laser3.tif", "laser3.tif"), ("cam-3-OFF.png", "cam-3-ON.png")]
+        {
             let pairs = pair_by_name(&names(&[dark, lit])).unwrap();
             assert_eq!(pairs, [Pair { lit: 1, dark: Some(0) }], "{dark}");
         }

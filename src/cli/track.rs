@@ -261,7 +261,9 @@ impl Track {
         let Measuring { config, known, robot } = *measuring;
         let cropped = self.crop_at.map(|[u, v]| {
             let cropped = known.cropped((u, v), size_of(&job.input)?);
-            cropped.with_context(|| format!("--crop-at {u}x{v}: {} reaches beyond the calibrated picture", job.input.display()))
+            cropped.with_context(|| {
+                format!("--crop-at {u}x{v}: {} reaches beyond the calibrated picture", job.input.display())
+            })
         });
         let cropped = cropped.transpose()?;
         let known = cropped.as_ref().unwrap_or(known);

@@ -60,7 +60,6 @@ pub struct Trial {
     pub absolute: Vec<(Vector2<f64>, Vector2<f64>)>,
     /// Errors in the camera frame when the best rigid motion is taken off [mm].
     pub relative: Vec<Vector3<f64>>,
-    pub zz: [Vec<f64>; 6],
     /// From medians of the depth on either side: a tilt of the plane counts.
     pub step_error_mm: f64,
     /// From two levels with one slope, as `calibrate check --step` does: a tilt does not count.
@@ -149,22 +148,6 @@ impl Bench {
             let variance = direction.transpose() * by * sensor.covariance().unwrap() * by.transpose() * direction;
             variance[0].sqrt()
         };
-        let n = laser.jack.len() as f64;
-        let cj = laser.jack.iter().fold(seamtrack::calib::laser_camera::ParameterCovariance::zeros(), |s, d| s + d * d.transpose()) / n;
-        let mut zz: [Vec<f64>; 6] = Default::default();
-        for (t, p) in truth.iter().zip(&pixels) {
-            let point = sensor.point(*p).unwrap();
-            let e = Vector2::new(point.lateral_mm, point.height_mm) - true_axes.plane_from_camera(t);
-            let j = sensor.parameter_jacobian(*p).unwrap();
-            for (k, c) in [*sensor.covariance().unwrap(), cj].iter().enumerate() {
-                let c = j * c * j.transpose();
-                zz[2 * k].push(e.x / c[(0, 0)].sqrt());
-                zz[2 * k + 1].push(e.y / c[(1, 1)].sqrt());
-            }
-        }
-        let fe = laser.sensor.intrinsics().fx_px - scene.intrinsics.fx_px;
-        zz[4].push(fe / sensor.covariance().unwrap()[(0, 0)].sqrt());
-        zz[5].push(fe / cj[(0, 0)].sqrt());
         let mut random = Pcg32::new(seed, 78);
         let step =
             self.renderer.render(&StepSurface { distance_mm: 250.0, step_mm: STEP_MM }, true, &mut random).unwrap();
@@ -175,7 +158,6 @@ impl Bench {
         Ok(Trial {
             absolute: absolute.collect(),
             relative: without_motion(&found, &truth),
-            zz,
             step_error_mm: measured_mm - STEP_MM,
             level_error_mm: levels.figures[0].value * lean,
             step_sigma_mm: apart(7, 17) * STEP_MM / (found[17] - found[7]).norm(),
@@ -274,11 +256,6 @@ pub struct Summary {
 
 impl Summary {
     pub fn of(trials: &[Trial]) -> Self {
-        for (k, name) in ["boot lateral", "boot height", "jack lateral", "jack height", "boot fx", "jack fx"].iter().enumerate() {
-            let all: Vec<f64> = trials.iter().flat_map(|t| t.zz[k].clone()).collect();
-            let inside = all.iter().filter(|z| z.abs() < Z_95).count() as f64 / all.len() as f64;
-            println!("{name}: rms z {:.3}, in 95 {:.3}", rms(all.iter().copied()), inside);
-        }
         let share = |inside: Vec<bool>| inside.iter().filter(|x| **x).count() as f64 / inside.len().max(1) as f64;
         let points = || trials.iter().flat_map(|t| &t.absolute);
         let relative = |axis: usize| rms(trials.iter().flat_map(|t| t.relative.iter().map(move |e| e[axis])));

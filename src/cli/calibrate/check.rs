@@ -139,7 +139,9 @@ impl Check {
             Some([u, v]) => sensor.cropped((u, v), size_px).with_context(|| self.input.display().to_string()),
             None => {
                 let fits = sensor.expect_size(size_px);
-                fits.with_context(|| format!("{} (--crop-at UxV says where its pictures were cut out)", self.input.display()))?;
+                fits.with_context(|| {
+                    format!("{} (--crop-at UxV says where its pictures were cut out)", self.input.display())
+                })?;
                 Ok(sensor.clone())
             }
         }
