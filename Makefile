@@ -11,8 +11,9 @@ PLATES_SEEDS ?= 201-205
 FAULTS_SEED ?= 1
 FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
+CALIBRATED_SEEDS ?= 301-312
 
-.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
+.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -103,6 +104,10 @@ kinds: setup
 # 300 recordings of random sensors, joints, paths and lights: about ten minutes on two cores. Each seed draws others.
 sensors: setup
 	$(CARGO) run --release --example sensors -- --seed $(SENSORS_SEED)
+
+# From board images to a seam in millimetres: errors told apart into the picture's and the calibration's, each with its own σ.
+calibrated: build
+	$(CARGO) run --release --example calibrated -- --seeds $(CALIBRATED_SEEDS)
 
 # Plates with marks, beads, curves, reflections; and plates without a seam: families × levels × seeds, the joint not told.
 plates: setup

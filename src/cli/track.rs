@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::calib::board::pair;
 use seamtrack::calib::{KnownSensor, Origin};
 use seamtrack::config::{Config, Joint, Preset, Stripe};
 use seamtrack::output::{Existing, WholeFolder, listing, resolve};
@@ -28,7 +29,7 @@ use seamtrack::units::{MmPerPx, PixelPoint};
 use super::base_frame::{BaseFrame, Robot};
 use super::drawing::Drawing;
 use super::places::{self, Places};
-use super::recordings::{made_from, names_of, truth_beside};
+use super::recordings::{made_from, names_of, size_of, truth_beside};
 use super::troubles::Troubles;
 use super::truth::Truth;
 use super::{batch, manifest, say};
@@ -75,6 +76,9 @@ pub struct Track {
     /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// The recording's pictures were cut out of the calibrated ones at this column and row
+    #[arg(long, value_name = "UxV", value_parser = pair, requires = "calibration")]
+    crop_at: Option<[usize; 2]>,
     #[command(flatten)]
     base_frame: BaseFrame,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
@@ -245,16 +249,24 @@ impl Track {
     /// All options that decide on a recording's results.
     fn settings(&self, measuring: &Measuring<'_>, drawings: [Option<&Path>; 2]) -> String {
         let Measuring { config, known, .. } = measuring;
-        let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
+        let Self { crop_at, origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
         let period = self.period(config);
         format!(
-            "{config:?} {known:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
+            "{config:?} {known:?} {crop_at:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
         )
     }
 
     /// Tracks one recording.
     fn track_one(&self, job: &Job, measuring: &Measuring<'_>, alone: bool) -> anyhow::Result<Run> {
         let Measuring { config, known, robot } = *measuring;
+        let cropped = self.crop_at.map(|[u, v]| {
+            let cropped = known.cropped((u, v), size_of(&job.input)?);
+            cropped.with_context(|| {
+                format!("--crop-at {u}x{v}: {} reaches beyond the calibrated picture", job.input.display())
+            })
+        });
+        let cropped = cropped.transpose()?;
+        let known = cropped.as_ref().unwrap_or(known);
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
         let mut source = self.open(&job.input, config)?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };

@@ -118,7 +118,7 @@ pub enum RunError {
     },
     /// The calibration is of pictures of another size.
     #[error(
-        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size",
+        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size, or say by --crop-at UxV where its pictures were cut out",
         sizes.calibrated_px.0, sizes.calibrated_px.1, sizes.got_px.0, sizes.got_px.1
     )]
     OtherImageSize {

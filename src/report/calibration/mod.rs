@@ -28,7 +28,7 @@ pub fn camera_map(fit: &CameraFit) -> Option<UncertaintyMap> {
     let extent = |values: &mut dyn Iterator<Item = f64>| values.fold(none, |[a, b], x| [a.min(x), b.max(x)]);
     let corners = || fit.views.iter().flat_map(|view| &view.sighting.corners);
     let seen = [extent(&mut corners().map(|c| c.x)), extent(&mut corners().map(|c| c.y))];
-    uncertainty_map(&fit.intrinsics, &fit.draws, fit.size_px, extent(&mut depths()), seen)
+    uncertainty_map(&fit.intrinsics, &fit.replicates, fit.size_px, extent(&mut depths()), seen)
 }
 
 /// The page of a camera.
@@ -48,7 +48,7 @@ pub fn camera_page(input: &str, file: &CalibrationFile, fit: &CameraFit) -> Stri
                 figure {
                     h2 { "How sure a projection is" }
                     (PreEscaped(drawing::uncertainty(map, fit.size_px)))
-                    figcaption { "One σ in pixels, from a bootstrap over poses, with the rigid motion taken off. Dark: no board came there." }
+                    figcaption { "One σ in pixels, by leaving out one pose after another, with the rigid motion taken off. Dark: no board came there." }
                 }
             }
         }
@@ -72,7 +72,7 @@ pub fn camera_page(input: &str, file: &CalibrationFile, fit: &CameraFit) -> Stri
         section {
             h2 { "Camera" }
             (parameters(&fit.intrinsics.to_array(), &std::array::from_fn::<f64, 9, _>(|i| fit.covariance[(i, i)].max(0.0).sqrt()), &fit.formal_sigma))
-            p.note { "σ: from the draws of whole poses. Formal: as if all corners were independent; on real boards it is far too small." }
+            p.note { "σ: by leaving out one pose after another. Formal: as if all corners were independent; on real boards it is far too small." }
         }
         (foot(file))
     };
