@@ -370,6 +370,28 @@ mod tests {
         assert_eq!(seen(&drawn(|_| STRIPE_ROW, island)), GapShows::Plate);
     }
 
+    /// What a step of 24 px in the middle of a picture shows, with `grey(u)` on its plates.
+    fn step(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+        let frame = drawn(row, grey);
+        let mut model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Lap).unwrap().model;
+        model.gap_px = None;
+        let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
+        step_shows(&frame, &fit, model.stripe_sd_px)
+    }
+
+    #[test]
+    fn a_step_between_two_plates_is_relief_with_a_shadow_beside_it_too() {
+        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
+        assert_eq!(step(row, |_| 200.0), GapShows::Relief);
+        assert_eq!(step(row, |u| if (160.0..172.0).contains(&u) { 0.0 } else { 200.0 }), GapShows::Relief);
+    }
+
+    #[test]
+    fn a_step_whose_lower_plate_is_only_marked_shows_the_plate() {
+        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
+        assert_eq!(step(row, |u| if (160.0..176.0).contains(&u) { 60.0 } else { 200.0 }), GapShows::Plate);
+    }
+
     #[test]
     fn a_dead_block_of_the_sensor_shows_nothing() {
         assert_eq!(shown(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 }), GapShows::Nothing);

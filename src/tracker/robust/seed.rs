@@ -1,6 +1,7 @@
 //! The joint in one whole frame, without a prediction.
 
 use super::classify;
+use super::outline::{is_shoulder, is_two_grooves};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
@@ -42,14 +43,9 @@ const BRIDGED_SHARE: f64 = 0.85;
 const BRIDGE_REACH_PX: f64 = 3.0;
 const LEAST_JUMP_PX: f32 = 3.5;
 /// Shortest leg of a corner that nobody asked for \[px\]: shorter ones do not tell a bend from a curve. Chosen.
-const LEAST_LEG_PX: f64 = 40.0;
+pub const LEAST_LEG_PX: f64 = 40.0;
 /// Share of the columns of a fit's window in which both legs must be seen. Chosen: a flank of 40 px has half.
 const LEAST_LEG_SUPPORT: f64 = 0.55;
-/// Beyond a groove's flank the stripe is nearer to the other plate's line than this share of the angle's opening, in at least so many
-/// columns \[px\] of so many windows. Chosen: plates beside a groove are level to a third of its depth.
-const BACK_SHARE: f64 = 0.35;
-const LEAST_BACK_PX: usize = 20;
-const SHOULDER_WINDOWS: f64 = 3.0;
 /// How often the legs of a corner are fitted anew, as curved as they then are. Chosen: their curvature is known to a tenth.
 const CURVING_FITS: usize = 3;
 /// How far the refined centre may lie from the seed \[px\].
@@ -208,7 +204,8 @@ fn corner(frame: &GrayFrame, line: Option<&Centreline>, place: PixelPoint, kind:
     if let Some(kind) = kind {
         return refine(frame, place, kind);
     }
-    let groove = refine(frame, place, JointKind::VGroove).filter(classify::is_groove);
+    let is_one = |seed: &Seed| classify::is_groove(seed) && !line.is_some_and(|line| is_two_grooves(line, seed));
+    let groove = refine(frame, place, JointKind::VGroove).filter(is_one);
     groove.or_else(|| {
         let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
         let fillet = refine(frame, place, JointKind::Fillet).filter(classify::is_corner);
@@ -217,23 +214,6 @@ fn corner(frame: &GrayFrame, line: Option<&Centreline>, place: PixelPoint, kind:
             |seed: &Seed| seed.fit.support > LEAST_LEG_SUPPORT && !line.is_some_and(|line| is_shoulder(line, seed));
         fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && is_long(seed))
     })
-}
-
-/// Whether beyond a leg of what should be a fillet the stripe lies on the other leg's line again: the leg is a groove's flank, and the
-/// corner its shoulder.
-fn is_shoulder(line: &Centreline, seed: &Seed) -> bool {
-    let JointFit { centre, left, right, .. } = seed.fit;
-    let far_px = SHOULDER_WINDOWS * seed.model.half_window_px;
-    let is_back = |u: usize| {
-        let du = u as f64 - centre.u_px;
-        let (leg, other) = if du > 0.0 { (right, left) } else { (left, right) };
-        let opening_px = (leg.at(du) - other.at(du)).abs();
-        du.abs() > LEAST_LEG_PX
-            && line.at(u).is_some_and(|v| (f64::from(v) - other.at(du)).abs() < BACK_SHARE * opening_px)
-    };
-    let first = (centre.u_px - far_px).max(0.0) as usize;
-    let end = ((centre.u_px + far_px) as usize).min(line.v_px.len());
-    (first..end).filter(|&u| is_back(u)).count() >= LEAST_BACK_PX
 }
 
 /// How far the centreline at `u` lies off the chord over the arms on both sides \[px\]: positive where it bends up on both.
@@ -398,6 +378,31 @@ mod tests {
     fn a_plain_stripe_and_an_empty_frame_hold_none() {
         assert!(found(&drawn(|u| Some(100.0 + 0.05 * u)), None).is_empty());
         assert!(found(&drawn(|_| None), None).is_empty());
+    }
+
+    #[test]
+    fn the_shoulder_of_a_groove_with_a_steep_wall_is_no_fillet() {
+        let bevel = |u: f64| Some(100.0 + (u - 110.0).clamp(0.0, 40.0) - 4.0 * (u - 150.0).clamp(0.0, 10.0));
+        assert!(found(&drawn(bevel), None).iter().all(|seed| seed.model.kind != JointKind::Fillet));
+        assert!(found(&drawn(corner), None).iter().any(|seed| seed.model.kind == JointKind::Fillet));
+    }
+
+    #[test]
+    fn between_two_grooves_and_on_an_arc_there_is_no_groove() {
+        let two = |u: f64| {
+            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
+            Some(100.0 + depth_px(100.0) + depth_px(220.0))
+        };
+        let roots: Vec<f64> = found(&drawn(two), None).iter().map(|seed| seed.fit.centre.u_px).collect();
+        assert!(roots.iter().all(|u| (u - 160.0).abs() > 30.0) && !roots.is_empty(), "{roots:?}");
+        let close = |u: f64| {
+            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
+            Some(100.0 + depth_px(112.0) + depth_px(208.0))
+        };
+        let roots: Vec<f64> = found(&drawn(close), None).iter().map(|seed| seed.fit.centre.u_px).collect();
+        assert!(roots.iter().all(|u| (u - 160.0).abs() > 30.0), "{roots:?}");
+        let arc = |u: f64| Some(60.0 + (u - 160.0).powi(2) / 500.0);
+        assert!(found(&drawn(arc), None).iter().all(|seed| seed.model.kind != JointKind::VGroove));
     }
 
     #[test]
