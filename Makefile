@@ -13,7 +13,7 @@ FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
 CALIBRATED_SEEDS ?= 301-312
 
-.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers clean
+.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers live-demo live-test clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -141,6 +141,15 @@ deny:
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
 	$(CARGO) run --release --features peers --example peers -- --seeds $(SEEDS)
+
+# A closed loop without a robot: `seamtrack live` at a simulated cell for 20 s, then where the torch was.
+live-demo: build
+	./scripts/live-demo
+
+# Long closed loops, and programs of others where SEAMTRACK_PEERS names a Python with pymodbus and RSIPI. Some minutes; the
+# machine must have nothing else to do.
+live-test: setup
+	$(CARGO) test --release --test live -- --ignored --nocapture --test-threads 1
 
 clean:
 	$(CARGO) clean

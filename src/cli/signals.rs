@@ -23,7 +23,7 @@ pub fn end_without_leftovers() {
     }
 }
 
-/// A flag that is set when the program is told to end. A second time ends it at once.
+/// A flag that is set when the program is told to end.
 ///
 /// # Errors
 /// When the system does not let signals be handled.
@@ -31,8 +31,6 @@ pub fn asked_to_end() -> std::io::Result<Arc<AtomicBool>> {
     let asked = Arc::new(AtomicBool::new(false));
     #[cfg(unix)]
     for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
-        // In this order: the first signal sets the flag behind the check, the second finds it set.
-        signal_hook::flag::register_conditional_default(signal, Arc::clone(&asked))?;
         signal_hook::flag::register(signal, Arc::clone(&asked))?;
     }
     Ok(asked)

@@ -170,7 +170,7 @@ pub struct CellReport {
     pub answer_ms: Spread,
     /// Largest correction of one cycle \[mm\].
     pub largest_step_mm: f64,
-    /// Torch beside the seam, from 10 mm behind the first place the camera saw.
+    /// Torch beside the seam, from 10 mm behind the first correction on, also after a reset.
     pub torch: TorchError,
     /// The seam beside the taught line at the same places: what the error were without corrections.
     pub uncorrected: TorchError,
@@ -353,6 +353,7 @@ impl Cell<'_> {
             let motion = self.motion();
             if self.is_on(TroubleKind::Dead, exposed_s, &motion) {
                 client = None;
+                drop(accept(listener));
                 continue;
             }
             client = client.or_else(|| accept(listener));

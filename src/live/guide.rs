@@ -166,8 +166,14 @@ impl Guide {
 
     /// One cycle of a robot that stands at `pose` at `now_s`.
     pub fn cycle(&mut self, now_s: f64, pose: Pose) -> Answer {
+        self.cycle_posed(now_s, now_s, pose)
+    }
+
+    /// One cycle at `now_s` of a robot that stood at `pose` at `posed_s`: its message may have been on the way for long.
+    pub fn cycle_posed(&mut self, now_s: f64, posed_s: f64, pose: Pose) -> Answer {
         let since_s = self.cycled_s.map_or(FIRST_CYCLE_S, |before_s| now_s - before_s);
-        let is_good = [now_s, pose.path_mm, pose.lateral_mm].iter().all(|number| number.is_finite()) && since_s > 0.0;
+        let is_good =
+            [now_s, posed_s, pose.path_mm, pose.lateral_mm].iter().all(|number| number.is_finite()) && since_s > 0.0;
         if !is_good {
             self.guard.stop(Why::BadPose);
             return self.answer(Why::BadPose, pose, now_s);
@@ -178,7 +184,7 @@ impl Guide {
         self.cycled_s = Some(now_s);
         let started_s = *self.started_s.get_or_insert(now_s);
         self.cycle_s += CYCLE_SHARE * (since_s.min(self.settings.robot_silent_s) - self.cycle_s);
-        self.poses.push(now_s, pose);
+        self.poses.push(posed_s, pose);
         if let Some(why) = self.guard.stopped() {
             return self.answer(why, pose, now_s);
         }

@@ -10,7 +10,7 @@
 //! | `poses` | where the robot was, by time |
 //! | `corrections` | what was sent: under way, caps |
 //! | `guard` | when a correction may be sent, and when the seam is given up |
-//! | `stamps` | a camera's clock and ours |
+//! | `stamps` | the clock of a camera or a robot, and ours |
 //!
 //! Around it, with the feature `cli`, what runs it:
 //!

@@ -6,7 +6,8 @@ use std::collections::VecDeque;
 const REMEMBERED: usize = 256;
 /// Furthest beyond the newest pose that one is foretold \[s\]. Chosen: a pose every 12 ms, three missing.
 const FORETOLD_S: f64 = 0.05;
-/// Time over which the speed is measured \[s\]. Chosen: jitter of the stamps averages out, and a robot hardly speeds up.
+/// Time over which the speed is measured \[s\]. Chosen: jitter of the stamps averages out, and a robot hardly speeds up. Over
+/// less than half of it none is: poses that come in a heap would make any speed.
 const SPEED_OVER_S: f64 = 0.1;
 
 /// The torch at one moment: along the travel, and across it with the corrections that have been executed \[mm\].
@@ -32,8 +33,11 @@ pub struct Poses {
 }
 
 impl Poses {
-    /// Takes the pose of the moment `now_s`, later than those before.
+    /// Takes the pose of the moment `now_s`. Those of later moments are forgotten: their times were wrong.
     pub fn push(&mut self, now_s: f64, pose: Pose) {
+        while self.last.back().is_some_and(|(at_s, _)| *at_s >= now_s) {
+            self.last.pop_back();
+        }
         if self.last.len() == REMEMBERED {
             self.last.pop_front();
         }
@@ -55,13 +59,13 @@ impl Poses {
         Some(first.between(second, (time_s - first_s) / (second_s - first_s)))
     }
 
-    /// Speed along the travel \[mm/s\]; 0 before two poses are known.
+    /// Speed along the travel \[mm/s\]; 0 before it can be told.
     #[must_use]
     pub fn speed_mm_s(&self) -> f64 {
         let Some(&(now_s, now)) = self.last.back() else { return 0.0 };
         let from = self.last.partition_point(|(at_s, _)| *at_s < now_s - SPEED_OVER_S);
         let (from_s, from) = self.last[from];
-        if now_s > from_s { (now.path_mm - from.path_mm) / (now_s - from_s) } else { 0.0 }
+        if now_s - from_s >= 0.5 * SPEED_OVER_S { (now.path_mm - from.path_mm) / (now_s - from_s) } else { 0.0 }
     }
 }
 
@@ -89,5 +93,17 @@ mod tests {
     fn speed_is_that_of_the_last_moment() {
         assert!((moving().speed_mm_s() - 30.0).abs() < 1e-9);
         assert_eq!(Poses::default().speed_mm_s(), 0.0);
+        let mut heap = Poses::default();
+        (0..5).for_each(|i| heap.push(1e-5 * f64::from(i), Pose { path_mm: f64::from(i), lateral_mm: 0.0 }));
+        assert_eq!(heap.speed_mm_s(), 0.0);
+    }
+
+    #[test]
+    fn a_pose_whose_time_turns_out_wrong_is_forgotten() {
+        let mut poses = Poses::default();
+        for (at_s, path_mm) in [(1.0, 0.0), (1.030, 1.0), (1.008, 2.0), (1.012, 3.0)] {
+            poses.push(at_s, Pose { path_mm, lateral_mm: 0.0 });
+        }
+        assert!((poses.at(1.010).unwrap().path_mm - 2.5).abs() < 1e-9);
     }
 }

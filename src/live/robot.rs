@@ -13,6 +13,7 @@ use super::guide::{Answer, Guide, Sighting};
 use super::poses::Pose;
 use super::rsi::{Command, Cycle, write_answer};
 use super::spread::Spread;
+use super::stamps::StampMap;
 use super::{State, Why};
 
 /// Longest that the robot is waited for before somebody looks whether the run is to end. Chosen.
@@ -209,6 +210,7 @@ impl<'a> Leader<'a> {
         let (mut buffer, mut text) = ([0; LONGEST_MESSAGE], String::with_capacity(512));
         let (mut start_mm, mut command, mut heartbeat) = (None, Command::Nothing, 0_u32);
         let mut last: Option<(u64, Answer)> = None;
+        let mut stamps = StampMap::default();
         while !self.shared.is_ending() {
             let (length, from) = match socket.recv_from(&mut buffer) {
                 Ok(received) => received,
@@ -237,6 +239,7 @@ impl<'a> Leader<'a> {
             }
             if is_reset {
                 (start_mm, last) = (None, None);
+                stamps.clear();
             }
             // A stamp that does not go on is a robot that stands: it gets no step for it.
             let stamp: u64 = cycle.ipoc.parse().unwrap_or(0);
@@ -247,7 +250,9 @@ impl<'a> Leader<'a> {
                 }
                 _ => {
                     let start_mm = *start_mm.get_or_insert(cycle.tool_mm);
-                    let answer = self.guide.cycle(now_s, pose(cycle.tool_mm, start_mm, config));
+                    // The robot's stamp counts milliseconds: so poses that come in a heap keep their distance in time.
+                    let posed_s = stamps.map(stamp as f64 * 1e-3, now_s);
+                    let answer = self.guide.cycle_posed(now_s, posed_s, pose(cycle.tool_mm, start_mm, config));
                     last = Some((stamp, answer));
                     answer
                 }

@@ -1,4 +1,4 @@
-//! A camera's clock and ours.
+//! The clock of a camera or a robot, and ours.
 
 use std::collections::VecDeque;
 
@@ -7,7 +7,7 @@ use std::collections::VecDeque;
 const PART_S: f64 = 6.0;
 const PARTS: usize = 10;
 
-/// Maps the stamps of a camera, which count from its power-on and drift, to the time of arrival's clock: by the minimum of
+/// Maps the stamps of a camera or a robot, which count from its power-on and drift, to the time of arrival's clock: by the minimum of
 /// arrival − stamp over the last minute, which is that of the picture that came quickest.
 #[derive(Debug, Clone, Default)]
 pub struct StampMap {
@@ -16,7 +16,7 @@ pub struct StampMap {
 }
 
 impl StampMap {
-    /// When the picture stamped `stamp_s`, which came at `arrived_s`, was taken, by our clock \[s\]: never later than it came.
+    /// When what is stamped `stamp_s`, and came at `arrived_s`, was so, by our clock \[s\]: never later than it came.
     pub fn map(&mut self, stamp_s: f64, arrived_s: f64) -> f64 {
         let lag_s = arrived_s - stamp_s;
         match self.parts.back_mut() {
@@ -31,7 +31,7 @@ impl StampMap {
         stamp_s + self.parts.iter().map(|(_, least_s)| *least_s).fold(f64::INFINITY, f64::min)
     }
 
-    /// The camera was started anew: its clock may count from another moment.
+    /// The camera or robot was started anew: its clock may count from another moment.
     pub fn clear(&mut self) {
         self.parts.clear();
     }

@@ -351,8 +351,8 @@ mod tests {
         let gap = drawn(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 });
         let model = learn(&gap, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
         let fit = model.fit(&gap, 160.0, 0.0, 12.0).unwrap();
-        let flank = |u: f64| STRIPE_ROW + (u - 153.0).clamp(0.0, 14.0);
-        let half_hidden = |u: f64| if in_gap(u) && u > 164.0 { 0.0 } else { 200.0 };
+        let flank = |u: f64| STRIPE_ROW + 1.6 * (u - 153.0).clamp(0.0, 14.0);
+        let half_hidden = |u: f64| if in_gap(u) && u > 161.0 { 0.0 } else { 200.0 };
         let row = |u: f64| if u > 167.0 { STRIPE_ROW } else { flank(u) };
         assert_eq!(gap_shows(&drawn(row, half_hidden), &fit, model.stripe_sd_px), GapShows::Flank);
     }

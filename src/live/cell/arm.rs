@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use super::{Cell, CellReport, CellSettings, TroubleKind, stop_in_words};
 use crate::live::{State, Why};
 
-/// The torch is judged from so far behind the first place the camera saw \[mm\]. Chosen.
+/// The torch is judged from so far behind the first correction \[mm\]. Chosen.
 const SETTLED_MM: f64 = 10.0;
 /// How long a stop is answered before it is reset or the weld ends \[s\]. Chosen.
 const STOPPED_S: f64 = 0.5;
@@ -64,7 +64,7 @@ pub struct Arm {
     ordered: VecDeque<(f64, f64)>,
     report: CellReport,
     late_run: u64,
-    judged_from_mm: f64,
+    judged_from_mm: Option<f64>,
     stopped_s: Option<f64>,
     resets: u32,
     command: u8,
@@ -80,7 +80,7 @@ impl Arm {
             ordered: VecDeque::new(),
             report: CellReport::default(),
             late_run: 0,
-            judged_from_mm: settings.ahead_mm + SETTLED_MM,
+            judged_from_mm: None,
             stopped_s: None,
             resets: settings.resets,
             command: 1,
@@ -135,7 +135,7 @@ impl Arm {
                     self.report.answer_ms.push(asked.elapsed().as_secs_f64() * 1e3);
                     self.report.largest_step_mm = self.report.largest_step_mm.max(read.step_mm.abs());
                     self.ordered.push_back((now_s + settings.delay_s, read.step_mm));
-                    if self.take_state(&read, &motion, settings) {
+                    if self.take_state(&read, &motion) {
                         break;
                     }
                 }
@@ -146,10 +146,13 @@ impl Arm {
     }
 
     /// Counts the state; whether the weld is over.
-    fn take_state(&mut self, read: &Read, motion: &Motion, settings: &CellSettings) -> bool {
+    fn take_state(&mut self, read: &Read, motion: &Motion) -> bool {
         let state = State::ALL.into_iter().find(|state| state.code() == read.state);
         if let Some(count) = state.and_then(|state| self.report.by_state.get_mut(usize::from(state.code()))) {
             *count += 1;
+        }
+        if state == Some(State::Ok) {
+            self.judged_from_mm.get_or_insert(motion.path_mm + SETTLED_MM);
         }
         if state != Some(State::Stop) {
             self.stopped_s = None;
@@ -169,12 +172,12 @@ impl Arm {
         self.resets -= 1;
         self.command = 1;
         self.stopped_s = None;
-        self.judged_from_mm = motion.path_mm + settings.ahead_mm + SETTLED_MM;
+        self.judged_from_mm = None;
         false
     }
 
     fn judge(&mut self, cell: &Cell<'_>, motion: &Motion) {
-        if motion.path_mm >= self.judged_from_mm && self.stopped_s.is_none() {
+        if self.judged_from_mm.is_some_and(|from_mm| motion.path_mm >= from_mm) && self.stopped_s.is_none() {
             let seam_mm = cell.seam.lateral_mm(motion.path_mm);
             self.report.torch.push(motion.lateral_mm - seam_mm);
             self.report.uncorrected.push(seam_mm);
