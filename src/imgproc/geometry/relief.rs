@@ -370,26 +370,27 @@ mod tests {
         assert_eq!(seen(&drawn(|_| STRIPE_ROW, island)), GapShows::Plate);
     }
 
-    /// What a step of 24 px in the middle of a picture shows, with `grey(u)` on its plates.
-    fn step(row: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
-        let frame = drawn(row, grey);
-        let mut model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Lap).unwrap().model;
-        model.gap_px = None;
+    /// What is shown, with `grey(u)` on its plates, by a step of 24 px in the middle of a picture, fitted where they are `fitted(u)`.
+    fn step(fitted: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
+        let frame = drawn(row, fitted);
+        let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Lap).unwrap().model;
         let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
-        step_shows(&frame, &fit, model.stripe_sd_px)
+        step_shows(&drawn(row, grey), &fit, model.stripe_sd_px)
     }
 
     #[test]
     fn a_step_between_two_plates_is_relief_with_a_shadow_beside_it_too() {
-        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
-        assert_eq!(step(row, |_| 200.0), GapShows::Relief);
-        assert_eq!(step(row, |u| if (160.0..172.0).contains(&u) { 0.0 } else { 200.0 }), GapShows::Relief);
+        let shadow = |u: f64| if (160.0..172.0).contains(&u) { 0.0 } else { 200.0 };
+        assert_eq!(step(|_| 200.0, |_| 200.0), GapShows::Relief);
+        assert_eq!(step(shadow, shadow), GapShows::Relief);
     }
 
     #[test]
-    fn a_step_whose_lower_plate_is_only_marked_shows_the_plate() {
-        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
-        assert_eq!(step(row, |u| if (160.0..176.0).contains(&u) { 60.0 } else { 200.0 }), GapShows::Plate);
+    fn a_step_beside_which_a_plate_is_only_dark_shows_the_plate() {
+        let black = |u: f64| if (160.0..176.0).contains(&u) { 0.0 } else { 200.0 };
+        let dark = |u: f64| if (160.0..176.0).contains(&u) { 40.0 } else { 200.0 };
+        assert_eq!(step(black, dark), GapShows::Plate);
     }
 
     #[test]
