@@ -223,7 +223,9 @@ fn after_a_pause_longer_than_a_targets_age_nothing_old_is_steered_to() {
     let mut world = World::new(GuideSettings { target_age_s: 3.0, ..GuideSettings::default() }, sine);
     world.drive_to(100.0);
     world.speed_mm_s = 0.0;
-    (0..1000).for_each(|_| drop(world.cycle()));
+    for _ in 0..1000 {
+        world.cycle();
+    }
     let answer = world.cycle();
     assert_eq!((answer.state, answer.why, answer.correction), (State::Coast, Why::SeamUnseen, Correction::Hold));
 }
