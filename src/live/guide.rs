@@ -66,7 +66,7 @@ pub struct Answer {
 /// Sightings in, corrections out. Neither clock nor input nor output; all times are the caller's, memory is bounded.
 ///
 /// The sensor sees the seam [`GuideSettings::ahead_mm`] ahead of the torch. A sighting is paired with the pose of the robot at
-/// its exposure and becomes a [`Target`] at a place of the path. In each cycle the target is read where the torch will be when
+/// its exposure and becomes a target at a place of the path. In each cycle the target is read where the torch will be when
 /// the correction is executed, what is under way is taken off, and a share of the rest is sent.
 ///
 /// A loop that corrects the share `gain` in each cycle of length `T` follows a sloping seam `(1/gain − 1)·T` late; the target is
