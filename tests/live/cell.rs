@@ -77,7 +77,9 @@ fn after_a_dead_camera_a_cut_network_or_a_stopped_process_the_robot_holds_and_go
         end(live, "-CONT");
     };
     let nothing = |_: &Child| ();
-    let cases: [(&str, &[&str], &dyn Fn(&Child)); 3] = [
+    /// What the live run says, the cell's trouble, and what happens while it welds.
+    type Case<'a> = (&'a str, &'a [&'a str], &'a dyn Fn(&Child));
+    let cases: [Case; 3] = [
         ("camera-silent", &["--trouble", "dead@150:4"], &nothing),
         ("robot-silent", &["--trouble", "cut@150:1"], &nothing),
         ("robot-silent", &[], &pause),
