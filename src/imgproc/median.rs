@@ -174,20 +174,26 @@ mod tests {
         }
     }
 
-    /// A network of comparisons that is right for all zeros and ones is right for all values. Columns are sorted first: of each only
-    /// the number of bright pixels matters.
+    /// A network of comparisons that is right for all zeros and ones is right for all values; the neighbourhood of the one pixel
+    /// in the middle takes every pattern here.
     #[test]
     fn every_pattern_of_dark_and_bright_neighbours_has_its_median() {
-        fn columns<const SIDE: usize>(bright: [usize; SIDE]) -> [[[u8; 1]; SIDE]; SIDE] {
-            std::array::from_fn(|rank| bright.map(|bright| [u8::from(rank + bright >= SIDE)]))
+        for pattern in 0u32..1 << 9 {
+            let columns = std::array::from_fn(|dv| std::array::from_fn(|du| [(pattern >> (3 * dv + du) & 1) as u8]));
+            let rows: [[[u8; 1]; 3]; 3] = columns;
+            let by_column: [[[u8; 1]; 3]; 3] = std::array::from_fn(|du| {
+                let mut column = rows.map(|row| row[du]);
+                sort_3(&mut column);
+                column
+            });
+            let sorted = std::array::from_fn(|rank| by_column.map(|column| column[rank]));
+            assert_eq!(middle_of_9(sorted)[0], u8::from(pattern.count_ones() > 4), "{pattern:b}");
         }
-        for code in 0..4usize.pow(3) {
-            let bright = [code % 4, code / 4 % 4, code / 16];
-            assert_eq!(middle_of_9(columns(bright)), [u8::from(bright.iter().sum::<usize>() > 4)], "{bright:?}");
-        }
+        // Of 5 × 5 only the number of bright pixels in each column matters, as columns are sorted first.
         for code in 0..6usize.pow(5) {
-            let bright: [usize; 5] = std::array::from_fn(|place| code / 6usize.pow(place as u32) % 6);
-            assert_eq!(middle_of_25(columns(bright)), [u8::from(bright.iter().sum::<usize>() > 12)], "{bright:?}");
+            let bright: [usize; 5] = std::array::from_fn(|du| code / 6usize.pow(du as u32) % 6);
+            let columns = std::array::from_fn(|rank| std::array::from_fn(|du| [u8::from(rank + bright[du] >= 5)]));
+            assert_eq!(middle_of_25(columns)[0], u8::from(bright.iter().sum::<usize>() > 12), "{bright:?}");
         }
     }
 }
