@@ -11,8 +11,9 @@ PLATES_SEEDS ?= 201-205
 FAULTS_SEED ?= 1
 FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
+CALIBRATED_SEEDS ?= 301-312
 
-.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors plates faults fuzz soak kills deny peers clean
+.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers live-demo live-test clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -51,7 +52,8 @@ test: setup
 	./scripts/install-packages chromium
 	$(MAKE) checks
 	$(CARGO) test --no-fail-fast
-	$(MAKE) python-test
+	@if ./scripts/python-environment; then $(MAKE) python-test; \
+	  else echo "SKIPPED: the packages for Python could not be installed (no network?), so the Python package was not tested" >&2; fi
 
 # The Python package: one wheel for CPython 3.10 and later, without OpenCV. target/python is its environment.
 wheel:
@@ -104,6 +106,10 @@ kinds: setup
 sensors: setup
 	$(CARGO) run --release --example sensors -- --seed $(SENSORS_SEED)
 
+# From board images to a seam in millimetres: errors told apart into the picture's and the calibration's, each with its own σ.
+calibrated: build
+	$(CARGO) run --release --example calibrated -- --seeds $(CALIBRATED_SEEDS)
+
 # Plates with marks, beads, curves, reflections; and plates without a seam: families × levels × seeds, the joint not told.
 plates: setup
 	$(CARGO) run --release --example plates -- --seeds $(PLATES_SEEDS)
@@ -125,15 +131,26 @@ soak: setup
 kills: build
 	$(CARGO) run --release --example kills
 
-# Licences, advisories and sources of what is built in, by deny.toml. Licences and sources need no network, advisories a copy
-# of their list.
+# Licences, bans and sources of what is built in, by deny.toml: without a network. Then advisories, which need a copy of their
+# list: where it cannot be fetched that fails.
 deny:
-	@if $(CARGO) deny --version >/dev/null 2>&1; then $(CARGO) deny --all-features check; \
-	else echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; fi
+	@$(CARGO) deny --version >/dev/null 2>&1 || \
+	  { echo "cargo-deny is missing, so nothing was checked: cargo install --locked cargo-deny" >&2; exit 1; }
+	$(CARGO) deny --all-features check licenses bans sources
+	$(CARGO) deny --all-features check advisories
 
 # The trackers a user would otherwise take, on the same frames in the same run (rebuilds the OpenCV bindings).
 peers: setup
 	$(CARGO) run --release --features peers --example peers -- --seeds $(SEEDS)
+
+# A closed loop without a robot: `seamtrack live` at a simulated cell for 20 s, then where the torch was.
+live-demo: build
+	./scripts/live-demo
+
+# Long closed loops, and programs of others where SEAMTRACK_PEERS names a Python with pymodbus and RSIPI. Some minutes; the
+# machine must have nothing else to do.
+live-test: setup
+	$(CARGO) test --release --test live -- --ignored --nocapture --test-threads 1
 
 clean:
 	$(CARGO) clean

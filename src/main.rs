@@ -9,7 +9,9 @@ use clap::Parser;
 
 fn main() -> ExitCode {
     let command = cli::Cli::parse();
-    cli::signals::end_without_leftovers();
+    if !command.ends_itself() {
+        cli::signals::end_without_leftovers();
+    }
     let done = command.run();
     cli::signals::wait_if_ending();
     match done {

@@ -40,7 +40,7 @@ fn run(command: &str, arguments: &[&dyn AsRef<std::ffi::OsStr>]) {
     program.arg(command).args(arguments.iter().map(|argument| argument.as_ref())).assert().success();
 }
 
-/// The pages of a run, of two beside each other, and of a melt pool.
+/// The pages of a run, of two beside each other, of a melt pool, of a calibration, of a batch.
 fn pages(folder: &Path) -> Vec<PathBuf> {
     let (input, truth) = recording(folder);
     let at = |name: &str| folder.join(name);
@@ -70,7 +70,49 @@ fn pages(folder: &Path) -> Vec<PathBuf> {
     let frames = at("<u onclick=window.hit=1>");
     fs::rename(made.join("frames"), &frames).unwrap();
     run("meltpool", &[&frames, &"--measure", &"width", &"--quiet", &"--max-unavailable", &"100", &"-o", &pool]);
-    vec![at("<b>a").join("report.html"), at("two.html"), pool.join("report.html")]
+    let mut pages = vec![at("<b>a").join("report.html"), at("two.html"), pool.join("report.html")];
+    pages.extend(calibration_pages(folder));
+    pages.push(batch_page(folder, &input));
+    pages
+}
+
+/// The pages of a camera and of a laser plane, of pictures under such names.
+fn calibration_pages(folder: &Path) -> [PathBuf; 2] {
+    let at = |name: &str| folder.join(name);
+    let made = at("sensor");
+    run("synth", &[&"sensor-butt", &"--frames", &"1", &"--boards", &"9", &"-o", &made]);
+    // Of pairs the names stand in a list.
+    let mut pairs = String::from("dark,lit\n");
+    for part in ["boards", "stripes"] {
+        for picture in fs::read_dir(made.join(part)).unwrap().map(|entry| entry.unwrap().path()) {
+            let own = picture.file_name().unwrap().to_string_lossy().into_owned();
+            let name = format!("<svg onload=window.hit=1>{own}");
+            fs::rename(&picture, picture.with_file_name(&name)).unwrap();
+            if own.starts_with("on") {
+                pairs += &format!("{},{name}\n", name.replace(">on", ">off"));
+            }
+        }
+    }
+    fs::write(at("pairs.csv"), pairs).unwrap();
+    let camera = at("<b>camera.toml");
+    let (boards, stripes) = (at("<img src=x onerror=window.hit=1>boards"), at("<u onclick=window.hit=1>stripes"));
+    fs::rename(made.join("boards"), &boards).unwrap();
+    fs::rename(made.join("stripes"), &stripes).unwrap();
+    run("calibrate", &[&"camera", &boards, &"--square", &"15", &"-o", &camera]);
+    let laser = at("<i>laser.toml");
+    run("calibrate", &[&"laser", &stripes, &"--camera", &camera, &"--pairs", &at("pairs.csv"), &"-o", &laser]);
+    [camera, laser].map(|file| file.with_extension("html"))
+}
+
+/// The index of two recordings, of which one has no results.
+fn batch_page(folder: &Path, input: &Path) -> PathBuf {
+    let broken = folder.join("<style onload=window.hit=1>broken.tif");
+    fs::write(&broken, "no picture").unwrap();
+    let output = folder.join("<b>batch");
+    let mut program = Command::cargo_bin("seamtrack").unwrap();
+    program.arg("track").arg(input).arg(&broken).args(["--joint", "butt", "--quiet"]).arg("-o").arg(&output);
+    program.assert().code(1);
+    output.join("index.html")
 }
 
 #[test]
@@ -91,7 +133,11 @@ fn every_page_has_a_policy_and_shows_names_with_markup_as_text() {
             assert!(!text.contains(markup), "{}: {markup}", page.display());
         }
         let Some(browser) = &mut browser else { continue };
-        browser.show(page, (1366, 768), "light");
+        if text.contains("<script") {
+            browser.show(page, (1366, 768), "light");
+        } else {
+            browser.show_static(page, (1366, 768), "light");
+        }
         assert_eq!(browser.evaluate("typeof window.hit"), "undefined", "{}", page.display());
         assert_eq!(browser.complaints(), Vec::<String>::new(), "{}", page.display());
         let elements = "document.querySelectorAll('img[src=x], [onload], [onerror], [onclick], [onmouseover]').length";

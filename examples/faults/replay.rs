@@ -42,10 +42,8 @@ pub fn write(shots: &[Shot], folder: &Path) -> Result<()> {
 /// Runs the program on the frames, as it runs on a recording: it may look at them twice.
 pub fn replay(shots: Vec<Shot>, config: &Config) -> Result<RunOutcome> {
     let known = config.mm_per_px.map_or_else(KnownSensor::unknown, |scale| KnownSensor::scale(scale, "the scene"));
-    let shots: Arc<[Shot]> = shots.into();
-    let reopen =
-        || -> Result<Box<dyn FrameSource>, SourceError> { Ok(Box::new(Replay { shots: Arc::clone(&shots), next: 0 })) };
-    Ok(run::track(reopen()?, &reopen, (config, &known), Origin::Centre, |_| {})?)
+    let mut source = Replay { shots: shots.into(), next: 0 };
+    Ok(run::track(&mut source, (config, &known), Origin::Centre, |_| {})?)
 }
 
 /// The frames one after another.
@@ -74,5 +72,9 @@ impl FrameSource for Replay {
 
     fn period_s(&self) -> f64 {
         0.2
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(Self { shots: Arc::clone(&self.shots), next: 0 }))
     }
 }

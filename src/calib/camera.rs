@@ -60,12 +60,12 @@ pub struct CameraFit {
     pub square_mm: f64,
     /// The intrinsics.
     pub intrinsics: Intrinsics,
-    /// Their covariance from a bootstrap over poses.
+    /// Their covariance by a jackknife over poses.
     pub covariance: SMatrix<f64, INTRINSICS, INTRINSICS>,
     /// What independent corners would give, σ of each parameter; far too small on real boards.
     pub formal_sigma: [f64; INTRINSICS],
-    /// Draws of the bootstrap, as differences from the fit.
-    pub draws: Vec<[f64; INTRINSICS]>,
+    /// [`resample::replicates`] of the intrinsics.
+    pub replicates: Vec<[f64; INTRINSICS]>,
     /// Root mean square reprojection error over the views used \[px\].
     pub rms_px: f64,
     /// The same over views left out one by one.
@@ -145,8 +145,8 @@ fn finished(
     if rms_px > WORST_RMS_PX {
         return Err(CalibrationError::BadFit { rms_px, board });
     }
-    let draws = resample::draws(problem, &state, &numbers)?;
-    let covariance = resample::covariance(&draws, poses);
+    let replicates = resample::replicates(problem, &state, &numbers)?;
+    let covariance = resample::covariance(&replicates);
     let formal = formal_covariance(&Problem { corner_sigma_px: rms_px / 2f64.sqrt(), ..problem.clone() }, &state)?;
     let weights: Vec<f64> = sightings.iter().map(|s| s.used_corners() as f64).collect();
     let squares: f64 = apart.iter().zip(&weights).map(|(rms, n)| rms * rms * n).sum();
@@ -173,7 +173,7 @@ fn finished(
         intrinsics: state.intrinsics,
         covariance: covariance.fixed_view::<INTRINSICS, INTRINSICS>(0, 0).into_owned(),
         formal_sigma: std::array::from_fn(|i| formal[(i, i)].max(0.0).sqrt()),
-        draws: draws.iter().map(|d| std::array::from_fn(|i| d[i])).collect(),
+        replicates: replicates.iter().map(|d| std::array::from_fn(|i| d[i])).collect(),
         rms_px,
         left_out_rms_px: (squares / weights.iter().sum::<f64>()).sqrt(),
         views,

@@ -230,6 +230,17 @@ impl CalibrationFile {
         Ok(LaserCamera::new(camera.size_px, camera.intrinsics, plane, range, self.parameter_covariance()?))
     }
 
+    /// The same for pictures of `size_px` that were cut out at column and row `at_px`; the boards' corners do not come along.
+    pub(super) fn cropped(mut self, at_px: (usize, usize), size_px: (usize, usize)) -> Self {
+        let (u_px, v_px) = (at_px.0 as f64, at_px.1 as f64);
+        self.image = Some(ImageSection { width: size_px.0, height: size_px.1 });
+        self.camera = self.camera.map(|c| CameraSection { cx: c.cx - u_px, cy: c.cy - v_px, ..c });
+        self.range =
+            self.range.map(|r| RangeSection { u_px: r.u_px.map(|u| u - u_px), v_px: r.v_px.map(|v| v - v_px), ..r });
+        self.views = vec![];
+        self
+    }
+
     /// The robot's hand-eye matrix: X_flange = M · X_camera \[mm\].
     #[must_use]
     pub fn hand_eye(&self) -> Option<Matrix4<f64>> {

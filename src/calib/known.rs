@@ -4,7 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::file::{CalibrationFile, CalibrationFileError};
-use super::laser_camera::LaserCamera;
+use super::laser_camera::{LaserCamera, OtherImageSize};
 use super::sensor::Sensor;
 use crate::units::{MmPerPx, StripeAxis};
 
@@ -57,6 +57,19 @@ impl KnownSensor {
         }
         let sensor = Sensor::Plane(Arc::new(file.laser_camera()?));
         Ok(Self { sensor, source, std_mm_per_px: None, file: Some(file) })
+    }
+
+    /// The same for pictures of `size_px` that were cut out of the calibrated ones at column and row `at_px`. One scale, and
+    /// none, is the same in every part of a picture.
+    ///
+    /// # Errors
+    /// When the cut does not lie within the calibrated picture.
+    pub fn cropped(&self, at_px: (usize, usize), size_px: (usize, usize)) -> Result<Self, OtherImageSize> {
+        let Sensor::Plane(whole) = &self.sensor else { return Ok(self.clone()) };
+        let sensor = Sensor::Plane(Arc::new(whole.cropped(at_px, size_px)?));
+        let source = format!("{}, cut out at {}x{}", self.source, at_px.0, at_px.1);
+        let file = self.file.clone().map(|file| file.cropped(at_px, size_px));
+        Ok(Self { sensor, source, file, ..self.clone() })
     }
 
     /// Which way the stripe runs through the picture, where the calibration says so.

@@ -1,13 +1,13 @@
 //! The laser's plane from stripes on boards, fitted together with the camera.
 
-use nalgebra::{Matrix3, SMatrix, SVector, Vector2, Vector3};
+use nalgebra::{Matrix3, SMatrix, Vector2, Vector3};
 use rayon::prelude::*;
 
 use super::adjust::{Problem, Sighting, State, adjust, adjust_pose, stripe_offset_mm};
 use super::board::BoardSize;
 use super::error::{CalibrationError, LEAST_VIEWS};
 use super::intrinsics::{INTRINSICS, Intrinsics};
-use super::laser_camera::{CalibratedRange, LaserCamera, PARAMETERS};
+use super::laser_camera::{CalibratedRange, LaserCamera, PARAMETERS, ParameterCovariance};
 use super::plane::LaserPlane;
 use super::pose::{Pose, first_pose};
 use super::resample;
@@ -88,8 +88,6 @@ pub struct LaserFit {
     pub rms_mm: f64,
     /// The views.
     pub views: Vec<LaserView>,
-    /// Draws of the bootstrap, as differences from the fit.
-    pub draws: Vec<SVector<f64, PARAMETERS>>,
     /// Number of different poses with a stripe.
     pub poses: usize,
     /// Whether the camera was fitted along with the plane.
@@ -146,9 +144,7 @@ pub fn fit_laser(
     // The sign of the normal may have turned on the way.
     plane = LaserPlane::new(plane.normal(), plane.distance_mm())?;
     state.plane = Some(plane);
-    let draws = laser_draws(camera, &problem, &state, &pose_of)?;
-    let poses = pose_of.iter().max().map_or(0, |last| last + 1);
-    let covariance = resample::covariance(&draws, stripe_poses.min(poses));
+    let covariance = covariance(camera, &problem, &state, &pose_of)?;
     let left_out_mm = left_out_means(&problem, &state, &pose_of, first, &views);
     let flagged = flags(&left_out_mm);
     let bare = LaserCamera::new(camera.size_px, state.intrinsics, plane, None, None);
@@ -182,7 +178,6 @@ pub fn fit_laser(
         sensor,
         rms_mm: (squares.0 / squares.1).sqrt(),
         views: results,
-        draws,
         poses: stripe_poses,
         jointly,
         left_out,
@@ -284,17 +279,18 @@ fn reweighted(problem: &mut Problem, state: &State, first: usize, views: &[Strip
     weights
 }
 
-/// The bootstrap's draws. A camera that is given without its views is drawn from its own covariance instead.
-fn laser_draws(
+/// What the poses leave open, and what the covariance of a camera adds that is given without its views.
+fn covariance(
     camera: &KnownCamera,
     problem: &Problem,
     state: &State,
     pose_of: &[usize],
-) -> Result<Vec<SVector<f64, PARAMETERS>>, CalibrationError> {
-    let draws = resample::draws(problem, state, pose_of)?;
-    let Some(covariance) = camera.covariance.filter(|_| camera.views.is_empty()) else { return Ok(draws) };
-    let moved = resample::with_drawn_camera(problem, state, &covariance)?;
-    Ok(draws.into_iter().zip(moved).map(|(stripes, camera)| stripes + camera).collect())
+) -> Result<ParameterCovariance, CalibrationError> {
+    let by_poses = resample::covariance(&resample::replicates(problem, state, pose_of)?);
+    match camera.covariance.filter(|_| camera.views.is_empty()) {
+        Some(covariance) => Ok(by_poses + resample::covariance_by_camera(problem, state, &covariance)?),
+        None => Ok(by_poses),
+    }
 }
 
 /// For each view the mean distance of its stripe from the plane that the other poses give \[mm\].

@@ -54,7 +54,7 @@ pub struct LaserCamera {
 /// A recording whose pictures are not those that were calibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "the pictures have {} x {} pixels, the calibration {} x {}: calibrate at the recording's size, or say where its pictures were cut out",
+    "the pictures have {} x {} pixels, the calibration {} x {}: calibrate at the recording's size",
     got_px.0, got_px.1, calibrated_px.0, calibrated_px.1
 )]
 pub struct OtherImageSize {

@@ -91,6 +91,14 @@ fn last_number(name: &str) -> Option<u64> {
 fn is_lit(name: &str) -> Option<bool> {
     let lower = name.to_lowercase();
     let stem = lower.rsplit_once('.').map_or(lower.as_str(), |(stem, _)| stem);
+    // "on", "off" and "no" that stand by themselves say more than what else is in a name, as in board_on and no_laser.
+    let is_word = |word: &str| stem.split(|c: char| !c.is_alphabetic()).any(|part| part == word);
+    if is_word("on") && !is_word("off") {
+        return Some(true);
+    }
+    if is_word("no") {
+        return Some(false);
+    }
     if DARK_WORDS.iter().any(|word| stem.contains(word)) {
         return Some(false);
     }
@@ -112,6 +120,12 @@ mod tests {
         assert_eq!(pairs, [Pair { lit: 2, dark: Some(0) }, Pair { lit: 3, dark: Some(1) }]);
         let pairs = pair_by_name(&names(&["03_laser_off.png", "03_laser_on.png"])).unwrap();
         assert_eq!(pairs, [Pair { lit: 1, dark: Some(0) }]);
+        for (dark, lit) in
+            [("board_off_3.bmp", "board_on_3.bmp"), ("no_laser3.tif", "laser3.tif"), ("cam-3-OFF.png", "cam-3-ON.png")]
+        {
+            let pairs = pair_by_name(&names(&[dark, lit])).unwrap();
+            assert_eq!(pairs, [Pair { lit: 1, dark: Some(0) }], "{dark}");
+        }
     }
 
     #[test]

@@ -1,82 +1,71 @@
-//! What the views leave open: the parameters' covariance by a Bayesian bootstrap over poses (Rubin 1981).
+//! What the views leave open: the parameters' covariance by a jackknife over poses (Tukey 1958).
 //!
 //! The errors of one picture are not independent: a warped board, a blurred picture or the stripe's speckle move all of
-//! it. So whole poses are drawn again, each with a random weight of mean and variance 1, instead of corners. Unlike drawing
-//! with replacement this never leaves a set of boards that determine nothing.
+//! it. So whole poses are left out, one after another, instead of corners. A bootstrap over a dozen poses would come out too
+//! small, since a fit follows each pose that it holds; what a pose that is left out changes has no such share (Bell & McCaffrey
+//! 2002, on clusters of unlike leverage).
 
 use nalgebra::{SMatrix, SVector};
-use rand_distr::{Distribution, Exp1, StandardNormal};
-use rand_pcg::Pcg32;
 use rayon::prelude::*;
 
 use super::adjust::{AdjustError, Problem, State, adjust};
 use super::intrinsics::{INTRINSICS, Intrinsics};
 use super::laser_camera::{PARAMETERS, ParameterCovariance};
 
-/// Number of draws: σ is known to 1/√(2 · 240) = 4.6 %.
-pub const DRAWS: usize = 240;
-/// Seed of the draws: same pictures, same covariance.
-const SEED: u64 = 2026;
-/// At least this share of the draws must have a fit.
-const LEAST_SHARE: f64 = 0.9;
-
-/// The parameters of each draw as a difference from the fit of `state`. `pose_of` numbers each sighting's pose.
+/// The parameters without each pose as differences from the fit of `state`, scaled by √(n − 1) for n poses: the mean of their
+/// outer products is the covariance. `pose_of` numbers each sighting's pose.
 ///
 /// # Errors
-/// When more than a tenth of the draws have no fit.
-pub fn draws(
+/// When the poses without one of them determine nothing.
+pub fn replicates(
     problem: &Problem,
     state: &State,
     pose_of: &[usize],
 ) -> Result<Vec<SVector<f64, PARAMETERS>>, AdjustError> {
     let poses = pose_of.iter().max().map_or(0, |last| last + 1);
-    let fits: Vec<Option<SVector<f64, PARAMETERS>>> = (0..DRAWS)
+    let scale = (poses as f64 - 1.0).max(0.0).sqrt();
+    (0..poses)
         .into_par_iter()
-        .map(|draw| {
-            let mut random = Pcg32::new(SEED, draw as u64);
-            let raw: Vec<f64> = (0..poses).map(|_| Exp1.sample(&mut random)).collect();
-            let mean = raw.iter().sum::<f64>() / poses as f64;
-            let weight = |sighting: usize| problem.weights[sighting] * raw[pose_of[sighting]] / mean;
+        .map(|left_out| {
+            let weight = |sighting: usize| if pose_of[sighting] == left_out { 0.0 } else { problem.weights[sighting] };
             let weights = (0..problem.weights.len()).map(weight).collect();
-            let drawn = adjust(&Problem { weights, ..problem.clone() }, state.clone()).ok()?;
-            Some(difference(state, &drawn))
+            let others = adjust(&Problem { weights, ..problem.clone() }, state.clone())?;
+            Ok(scale * difference(state, &others))
         })
-        .collect();
-    let fits: Vec<SVector<f64, PARAMETERS>> = fits.into_iter().flatten().collect();
-    if (fits.len() as f64) < LEAST_SHARE * DRAWS as f64 { Err(AdjustError::Singular) } else { Ok(fits) }
+        .collect()
 }
 
-/// Covariance of draws about the fit. The weights' own mean takes a degree of freedom, hence n / (n − 1) for n poses.
+/// The covariance of [`replicates`].
 #[must_use]
-pub fn covariance(draws: &[SVector<f64, PARAMETERS>], poses: usize) -> ParameterCovariance {
-    let sum = draws.iter().fold(ParameterCovariance::zeros(), |sum, d| sum + d * d.transpose());
-    let freedom = poses as f64 / (poses as f64 - 1.0).max(1.0);
-    sum * freedom / draws.len().max(1) as f64
+pub fn covariance(replicates: &[SVector<f64, PARAMETERS>]) -> ParameterCovariance {
+    outer_products(replicates) / replicates.len().max(1) as f64
 }
 
-/// The parameters of as many draws when the camera, which is not fitted, is drawn from its covariance instead.
+/// What the covariance of a camera that is not fitted adds: the parameters are fitted anew one σ along each of its axes.
 ///
 /// # Errors
-/// When the covariance is none, or a draw has no fit.
-pub fn with_drawn_camera(
+/// When one of these cameras has no fit.
+pub fn covariance_by_camera(
     problem: &Problem,
     state: &State,
-    covariance: &SMatrix<f64, INTRINSICS, INTRINSICS>,
-) -> Result<Vec<SVector<f64, PARAMETERS>>, AdjustError> {
-    let eigen = covariance.symmetric_eigen();
+    camera: &SMatrix<f64, INTRINSICS, INTRINSICS>,
+) -> Result<ParameterCovariance, AdjustError> {
+    let eigen = camera.symmetric_eigen();
     let root = eigen.eigenvectors * SMatrix::from_diagonal(&eigen.eigenvalues.map(|value| value.max(0.0).sqrt()));
-    let fits: Option<Vec<SVector<f64, PARAMETERS>>> = (0..DRAWS)
+    let fits: Result<Vec<_>, _> = (0..INTRINSICS)
         .into_par_iter()
-        .map(|draw| {
-            let mut random = Pcg32::new(SEED + 1, draw as u64);
-            let by = root * SVector::<f64, INTRINSICS>::from_fn(|_, _| StandardNormal.sample(&mut random));
+        .map(|axis| {
             let mut intrinsics = state.intrinsics.to_array();
-            intrinsics.iter_mut().zip(by.iter()).for_each(|(value, by)| *value += by);
-            let drawn = State { intrinsics: Intrinsics::from_array(intrinsics), ..state.clone() };
-            Some(difference(state, &adjust(problem, drawn).ok()?))
+            intrinsics.iter_mut().zip(root.column(axis).iter()).for_each(|(value, by)| *value += by);
+            let moved = State { intrinsics: Intrinsics::from_array(intrinsics), ..state.clone() };
+            Ok(difference(state, &adjust(problem, moved)?))
         })
         .collect();
-    fits.ok_or(AdjustError::Singular)
+    Ok(outer_products(&fits?))
+}
+
+fn outer_products(all: &[SVector<f64, PARAMETERS>]) -> ParameterCovariance {
+    all.iter().fold(ParameterCovariance::zeros(), |sum, d| sum + d * d.transpose())
 }
 
 fn difference(from: &State, to: &State) -> SVector<f64, PARAMETERS> {

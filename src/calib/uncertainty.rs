@@ -1,8 +1,8 @@
 //! How sure a projection is over the picture: what mrcal calls the projection uncertainty.
 //!
-//! σ of single parameters says little, since a shifted principal point and a turned camera look alike. So the parameters are
-//! drawn, points in space are projected with each draw, the rigid motion that best explains the difference is taken off,
-//! and what is left is the uncertainty at that place of the picture.
+//! σ of single parameters says little, since a shifted principal point and a turned camera look alike. So points in
+//! space are projected with the parameters of each replicate of the fit, the rigid motion that best explains the
+//! difference is taken off, and what is left is the uncertainty at that place of the picture.
 
 use nalgebra::{Matrix6, SMatrix, Vector2, Vector3, Vector6};
 
@@ -31,12 +31,12 @@ struct Probe {
     by_motion: SMatrix<f64, 2, 6>,
 }
 
-/// The map of a camera from draws of its parameters (differences from `camera`), for points between `depths_mm`. The rigid
-/// motion is fitted where corners were `seen` (least and largest column and row).
+/// The map of a camera from [`replicates`](super::resample::replicates) of its parameters, for points between `depths_mm`. The
+/// rigid motion is fitted where corners were `seen` (least and largest column and row).
 #[must_use]
 pub fn uncertainty_map(
     camera: &Intrinsics,
-    draws: &[[f64; INTRINSICS]],
+    replicates: &[[f64; INTRINSICS]],
     size_px: (usize, usize),
     depths_mm: [f64; 2],
     seen: [[f64; 2]; 2],
@@ -66,9 +66,9 @@ pub fn uncertainty_map(
     let normal: Matrix6<f64> = probes.iter().filter(|p| p.is_seen).map(|p| p.by_motion.transpose() * p.by_motion).sum();
     let inverse = normal.try_inverse()?;
     let mut squares = vec![0.0; COLUMNS * ROWS];
-    for draw in draws {
+    for replicate in replicates {
         let mut varied = camera.to_array();
-        varied.iter_mut().zip(draw).for_each(|(value, by)| *value += by);
+        varied.iter_mut().zip(replicate).for_each(|(value, by)| *value += by);
         let varied = Intrinsics::from_array(varied);
         let shift = |probe: &Probe| {
             let seen = varied.project(&probe.point);
@@ -81,7 +81,7 @@ pub fn uncertainty_map(
             squares[place] += (shift(probe) - probe.by_motion * motion).norm_squared();
         }
     }
-    let count = draws.len().max(1) as f64;
+    let count = replicates.len().max(1) as f64;
     Some(UncertaintyMap { sigma_px: squares.into_iter().map(|sum| (sum / count).sqrt()).collect() })
 }
 

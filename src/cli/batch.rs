@@ -6,6 +6,8 @@ use std::process::ExitCode;
 
 use anyhow::Context;
 use rayon::prelude::*;
+use seamtrack::output::unfinished::{self, Removal};
+use seamtrack::output::{OutputError, WholeFile};
 use seamtrack::report::batch::{self, Entry, Figures};
 use seamtrack::report::run::Run;
 use seamtrack::report::verdict::Trust;
@@ -16,6 +18,9 @@ use super::track::{Job, exit_code};
 
 /// Recordings tracked at a time for each processor: more only take memory from one another. Chosen.
 const THREADS_PER_PROCESSOR: usize = 4;
+
+/// The file that is held in a batch's folder while the batch runs.
+const HELD: &str = "batch";
 
 /// How a batch is run.
 pub struct Batch<'a> {
@@ -33,6 +38,7 @@ pub fn run(
     track: impl Fn(&Job) -> anyhow::Result<Run> + Sync,
 ) -> anyhow::Result<ExitCode> {
     batch::check(settings.folder)?;
+    let _held = hold(settings.folder)?;
     // More threads than recordings or processors have nothing to do.
     let processors = std::thread::available_parallelism().map_or(1, usize::from);
     let threads = usize::from(settings.jobs_at_a_time).min(jobs.len()).min(THREADS_PER_PROCESSOR * processors);
@@ -71,7 +77,6 @@ pub fn run(
             outcome,
         });
     }
-    std::fs::create_dir_all(settings.folder).with_context(|| format!("cannot write {}", settings.folder.display()))?;
     batch::write_batch(settings.folder, entries)?;
     if !settings.quiet {
         let page = say::shown(&settings.folder.join(batch::PAGE));
@@ -79,5 +84,17 @@ pub fn run(
         printed = printed.and(say::print(&format!("{tracked} of {} recordings have results: {page}\n", jobs.len())));
     }
     printed.context("the results are written, but")?;
-    Ok(if failed > 0 { ExitCode::from(1) } else { exit_code(!any_bad) })
+    Ok(if failed > 0 { ExitCode::from(1) } else { exit_code(any_bad) })
+}
+
+/// Keeps a second batch out of the folder, whose index would be of its own refusals.
+fn hold(folder: &Path) -> anyhow::Result<WholeFile> {
+    if !folder.exists() {
+        unfinished::note(folder, Removal::IfEmpty);
+    }
+    let held = std::fs::create_dir_all(folder).and_then(|()| WholeFile::begin(&folder.join(HELD)));
+    held.map_err(|error| match error.kind() {
+        std::io::ErrorKind::ResourceBusy => OutputError::Busy(folder.to_owned()).into(),
+        _ => anyhow::Error::new(error).context(format!("cannot write {}", folder.display())),
+    })
 }

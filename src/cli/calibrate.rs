@@ -6,20 +6,19 @@ mod convert;
 mod laser;
 mod pictures;
 mod scale;
+mod target;
 
 pub use laser::read_hand_eye;
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use std::time::{SystemTime, UNIX_EPOCH};
 
-use anyhow::{anyhow, bail};
+use anyhow::anyhow;
 use clap::{Args, Subcommand};
 use seamtrack::calib::board::pair;
 use seamtrack::calib::board_svg::board_svg;
-use seamtrack::calib::file::{CalibrationFile, day_of};
-use seamtrack::report::atomic::write_atomically;
+
+use self::target::Target;
 
 /// Calibrate a camera and its laser plane, or a scale, and test a calibration
 ///
@@ -76,10 +75,11 @@ impl Calibrate {
 
 impl Board {
     fn run(&self) -> anyhow::Result<ExitCode> {
+        let target = Target::new(&self.output, self.force, [])?;
         let svg = board_svg(self.squares, self.square).map_err(|problem| anyhow!(problem))?;
-        write_new(&self.output, &svg, self.force)?;
+        target.write_text(&svg, String::new)?;
         let [columns, rows] = self.squares;
-        outln!("{}: {columns} x {rows} squares, {} x {} inner corners", self.output.display(), columns - 1, rows - 1);
+        outln!("{target}: {columns} x {rows} squares, {} x {} inner corners", columns - 1, rows - 1);
         outln!("print it at 100 %, check the ruler, glue it to something flat");
         if (columns + rows) % 2 == 0 {
             errln!(
@@ -88,31 +88,6 @@ impl Board {
         }
         Ok(ExitCode::SUCCESS)
     }
-}
-
-/// Writes a new file; an existing one only with `force`.
-fn write_new(path: &Path, text: &str, force: bool) -> anyhow::Result<()> {
-    expect_new(path, force)?;
-    write_atomically(path, |file| file.write_all(text.as_bytes()))?;
-    Ok(())
-}
-
-/// An error when a file exists that may not be overwritten, before the work begins.
-fn expect_new(path: &Path, force: bool) -> anyhow::Result<()> {
-    if path.exists() && !force {
-        bail!("{} exists: give another -o, or --force to overwrite it", path.display());
-    }
-    if let Some(folder) = path.parent().filter(|folder| !folder.as_os_str().is_empty() && !folder.is_dir()) {
-        bail!("there is no folder {}: make it, or give another -o", folder.display());
-    }
-    Ok(())
-}
-
-/// Seals and writes a calibration.
-fn write_calibration(path: &Path, file: &mut CalibrationFile, force: bool) -> anyhow::Result<()> {
-    let now = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
-    file.seal(day_of(now));
-    write_new(path, &file.to_toml().map_err(|problem| anyhow!(problem))?, force)
 }
 
 /// Prints what was left out to stderr, and what is weak to stdout.

@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
-use seamtrack::eval::read_truth;
 use seamtrack::meltpool::{Measure, Noise};
 use seamtrack::output::{Existing, WholeFolder};
 use seamtrack::report::atomic::write_atomically;
@@ -19,8 +18,8 @@ use seamtrack::report::summary::SCHEMA_VERSION;
 use seamtrack::report::thumbnails::{DEFAULT_BUDGET_BYTES, ThumbnailStore};
 use seamtrack::report::verdict::Trust;
 use seamtrack::run::meltpool::{PoolOutcome, PoolSettings, measure_pool};
-use seamtrack::source::{Period, SizeCheck, open_intensity};
-use seamtrack::units::{MmPerPx, StripeAxis, Travel};
+use seamtrack::source::{IntensitySource, Period, SizeCheck, open_intensity};
+use seamtrack::units::{MmPerPx, Travel};
 use serde_json::json;
 
 use super::calibrate::parse_finite;
@@ -31,7 +30,7 @@ use super::say;
 use super::signals::wait_if_ending;
 use super::track::{exit_code, parse_percentage};
 use super::troubles::Troubles;
-use super::truth::TruthCopy;
+use super::truth::PoolTruth;
 
 /// Where the infrared paper's beam lies, equation (1) \[px\].
 const INFRARED_ZERO_PX: f64 = 268.0;
@@ -42,7 +41,7 @@ const WIDTH_PERIOD_S: f64 = 0.1;
 /// Measure the tip of a molten pool, where the seam is, or its width
 #[derive(Debug, Args)]
 pub struct Meltpool {
-    /// Folders of images (png, jpg, bmp, tif), NumPy stacks (frames, rows, columns), multi-page TIFFs or videos
+    /// Folders of images (png, jpg, bmp, tif), NumPy stacks (frames, rows, columns), multi-page TIFFs, videos or MCAP logs
     #[arg(required = true, value_name = "INPUT")]
     inputs: Vec<PathBuf>,
     /// What to measure
@@ -79,7 +78,7 @@ pub struct Meltpool {
     /// Also write trace.csv: in each frame why its value was not taken, and where it was measured
     #[arg(long)]
     trace: bool,
-    /// Exit with 3 when there is no value on more than this part of the frames
+    /// Most frames that may be without a value; above it the verdict is BAD
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
     /// Overwrite existing results
@@ -136,15 +135,15 @@ impl Meltpool {
         let all: Vec<Places<'_>> = jobs.iter().map(|job| self.places(job)).collect();
         places::check(&all, &[], Existing::forced(self.force))?;
         if let [job] = jobs.as_slice() {
-            let (available, text) = self.measure_one(job)?;
+            let (is_bad, text) = self.measure_one(job)?;
             say::print(&text).context("the results are written, but")?;
-            return Ok(exit_code(available));
+            return Ok(exit_code(is_bad));
         }
-        let (mut failed, mut all_available, mut printed) = (0, true, Ok(()));
+        let (mut failed, mut any_bad, mut printed) = (0, false, Ok(()));
         for job in &jobs {
             match self.measure_one(job) {
-                Ok((available, text)) => {
-                    all_available &= available;
+                Ok((is_bad, text)) => {
+                    any_bad |= is_bad;
                     printed = printed.and(say::print(&text));
                 }
                 Err(error) => {
@@ -158,7 +157,7 @@ impl Meltpool {
             bail!("{failed} of {} recordings failed; the others have their results", jobs.len());
         }
         printed.context("the results are written, but")?;
-        Ok(exit_code(all_available))
+        Ok(exit_code(any_bad))
     }
 
     fn places<'a>(&'a self, job: &'a Job<'_>) -> Places<'a> {
@@ -197,20 +196,19 @@ impl Meltpool {
         }
     }
 
-    /// Measures one recording: whether there was a value often enough, and what there is to say.
+    /// Measures one recording: whether its verdict is BAD, and what there is to say.
     fn measure_one(&self, job: &Job<'_>) -> anyhow::Result<(bool, String)> {
         let input = job.input;
         let (settings, existing) = (self.settings(), Existing::forced(self.force));
-        let truth =
-            self.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, TruthCopy::read(file)?))).transpose()?;
-        let source = open_intensity(input, self.period(&settings))?;
+        let truth = self.truth.as_deref().map(|file| PoolTruth::read(file, &settings)).transpose()?;
+        let mut source = open_intensity(input, self.period(&settings))?;
         let settings = PoolSettings { period_s: source.period_s(), ..settings };
         let kind = source.kind();
         let mut troubles = Troubles::of(input);
         source.notes().iter().for_each(|note| troubles.note(note));
         let folder = WholeFolder::begin(&job.output, existing)?;
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
-        let outcome = measure_pool(source, &settings, |seen| match seen.picture {
+        let outcome = measure_pool(&mut *source, &settings, |seen| match seen.picture {
             Err(error) => troubles.unreadable(seen.frame, error),
             Ok(to_gray) => {
                 let status = if seen.is_measured { Status::Tracked } else { Status::Coasting };
@@ -220,12 +218,12 @@ impl Meltpool {
         });
         troubles.end();
         let outcome = outcome.with_context(|| input.display().to_string())?;
-        let errors = truth.as_ref().map(|(file, _)| errors(file, &settings, &outcome)).transpose()?;
+        let errors = truth.as_ref().map(|truth| truth.errors(&outcome, settings.mm_per_px)).transpose()?;
         write_pool_csv(&folder.path().join("path.csv"), &outcome.rows)?;
         let summary = self.summary(input, kind, &settings, &outcome, errors)?;
         write_pool_summary(&folder.path().join("summary.json"), &summary)?;
-        if let Some((_, truth)) = &truth {
-            truth.keep(folder.path())?;
+        if let Some(truth) = &truth {
+            truth.keep_copy(folder.path())?;
         }
         if self.trace {
             write_trace(&folder.path().join("trace.csv"), &outcome)?;
@@ -236,7 +234,7 @@ impl Meltpool {
             None => folder.finish()?,
             Some(overlay) => {
                 let place = Drawing::begin(overlay, &folder, existing)?;
-                let writer = self.draw_overlay(input, place.path(), &settings, &outcome)?;
+                let writer = draw_overlay(source.again()?, place.path(), settings.period_s, &outcome)?;
                 place.finish(writer, folder)?;
             }
         }
@@ -246,7 +244,7 @@ impl Meltpool {
             said = text(&outcome, &summary, &verdict);
             said += &format!("results: {}\n", say::shown(&job.output.join("report.html")));
         }
-        Ok((verdict.trust != Trust::Bad, said))
+        Ok((verdict.trust == Trust::Bad, said))
     }
 
     /// The user's time between frames, else a video's own, else the paper's.
@@ -255,28 +253,6 @@ impl Meltpool {
             Some(period_s) => Period::Given(period_s),
             None => Period::OwnOr(settings.period_s),
         }
-    }
-
-    /// Reads the recording a second time and draws the finished path into it.
-    fn draw_overlay(
-        &self,
-        input: &Path,
-        target: &Path,
-        settings: &PoolSettings,
-        outcome: &PoolOutcome,
-    ) -> anyhow::Result<OverlayWriter> {
-        let mut writer = OverlayWriter::create(target, 1.0 / settings.period_s)?;
-        let mut source = open_intensity(input, self.period(settings))?;
-        let mut sizes = SizeCheck::default();
-        for ((row, marks), refusal) in outcome.rows.iter().zip(&outcome.marks).zip(&outcome.refusals) {
-            let Some(frame) = source.next_frame() else { break };
-            if let Ok(picture) = sizes.admit_intensity(frame).picture {
-                let note = refusal.map_or("", |refusal| refusal.name());
-                draw(&mut writer, &picture.to_gray(), row, marks, note)?;
-            }
-        }
-        writer.complete()?;
-        Ok(writer)
     }
 
     fn summary(
@@ -319,30 +295,24 @@ impl Meltpool {
     }
 }
 
-/// The errors against a truth file: the tip's coordinate across the travel, or the width.
-fn errors(file: &Path, settings: &PoolSettings, outcome: &PoolOutcome) -> anyhow::Result<PoolErrors> {
-    let mut truth_px = vec![None; outcome.rows.len()];
-    match settings.measure {
-        Measure::Tip => {
-            let axis = if settings.travel.is_along_columns() { StripeAxis::Horizontal } else { StripeAxis::Vertical };
-            for row in read_truth(file)? {
-                if let Some(place) = truth_px.get_mut(row.frame) {
-                    *place = row.along_px(axis);
-                }
-            }
-        }
-        Measure::Width => {
-            for (frame, width_px) in seamtrack::report::pool::read_true_widths(file)? {
-                if let Some(place) = truth_px.get_mut(frame) {
-                    *place = width_px;
-                }
-            }
+/// Reads the recording a second time and draws the finished path into it.
+fn draw_overlay(
+    mut source: Box<dyn IntensitySource>,
+    target: &Path,
+    period_s: f64,
+    outcome: &PoolOutcome,
+) -> anyhow::Result<OverlayWriter> {
+    let mut writer = OverlayWriter::create(target, 1.0 / period_s)?;
+    let mut sizes = SizeCheck::default();
+    for ((row, marks), refusal) in outcome.rows.iter().zip(&outcome.marks).zip(&outcome.refusals) {
+        let Some(frame) = source.next_frame() else { break };
+        if let Ok(picture) = sizes.admit_intensity(frame).picture {
+            let note = refusal.map_or("", |refusal| refusal.name());
+            draw(&mut writer, &picture.to_gray(), row, marks, note)?;
         }
     }
-    if truth_px.iter().all(Option::is_none) {
-        bail!("{} has no frame of this recording", file.display());
-    }
-    Ok(outcome.errors(&truth_px, settings.mm_per_px))
+    writer.complete()?;
+    Ok(writer)
 }
 
 fn write_trace(path: &Path, outcome: &PoolOutcome) -> anyhow::Result<()> {

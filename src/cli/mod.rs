@@ -19,12 +19,14 @@ macro_rules! errln {
 mod base_frame;
 mod batch;
 mod calibrate;
+mod cell;
 mod compare;
 mod config;
 mod decode_video;
 mod drawing;
 mod eval;
 mod filter;
+mod live;
 mod manifest;
 mod meltpool;
 mod places;
@@ -64,11 +66,18 @@ enum Command {
     Filter(Box<filter::Filter>),
     Meltpool(Box<meltpool::Meltpool>),
     Reproduce(reproduce::Reproduce),
+    Live(live::Live),
+    Cell(cell::Cell),
     #[command(hide = true)]
     DecodeVideo(decode_video::DecodeVideo),
 }
 
 impl Cli {
+    /// Whether it ends by itself when it is told to: what it does has an end that is worth reaching.
+    pub const fn ends_itself(&self) -> bool {
+        matches!(self.command, Command::Live(_) | Command::Cell(_))
+    }
+
     /// Does what the command line asks for.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
         if !matches!(self.command, Command::DecodeVideo(_)) {
@@ -85,6 +94,8 @@ impl Cli {
             Command::Filter(filter) => filter.run(),
             Command::Meltpool(meltpool) => meltpool.run(),
             Command::Reproduce(reproduce) => reproduce.run(),
+            Command::Live(live) => live.run(),
+            Command::Cell(cell) => cell.run(),
             Command::DecodeVideo(decode) => decode.run(),
         }
     }

@@ -4,7 +4,9 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 use std::time::UNIX_EPOCH;
 
+use anyhow::Context;
 use seamtrack::report::batch;
+use seamtrack::source;
 use sha2::{Digest, Sha256};
 
 /// The folder's or file's own name, without the extension of a file; of a folder called `frames`, that of the one above.
@@ -15,6 +17,14 @@ pub fn name_of(input: &Path) -> PathBuf {
         Some(stem) if !input.is_dir() => PathBuf::from(stem),
         _ => PathBuf::from(name),
     }
+}
+
+/// Columns and rows of a recording's first readable picture.
+pub fn size_of(input: &Path) -> anyhow::Result<(usize, usize)> {
+    let mut source = source::open(input, 1.0)?;
+    let first = std::iter::from_fn(|| source.next_frame()).find_map(|frame| frame.picture.ok());
+    let picture = first.with_context(|| format!("{} has no readable frame", input.display()))?;
+    Ok((picture.width_px(), picture.height_px()))
 }
 
 /// A name for each recording, no two alike: its own, where that is taken its whole file name, then with as many of the

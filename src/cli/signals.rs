@@ -1,4 +1,7 @@
-//! SIGINT and SIGTERM end the program as they always do, and leave nothing unfinished behind.
+//! SIGINT and SIGTERM end the program as they always do, and leave nothing unfinished behind; what runs live is told to end.
+
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
 
 use seamtrack::output::unfinished;
 
@@ -18,6 +21,19 @@ pub fn end_without_leftovers() {
             }
         });
     }
+}
+
+/// A flag that is set when the program is told to end.
+///
+/// # Errors
+/// When the system does not let signals be handled.
+pub fn asked_to_end() -> std::io::Result<Arc<AtomicBool>> {
+    let asked = Arc::new(AtomicBool::new(false));
+    #[cfg(unix)]
+    for signal in [signal_hook::consts::SIGINT, signal_hook::consts::SIGTERM] {
+        signal_hook::flag::register(signal, Arc::clone(&asked))?;
+    }
+    Ok(asked)
 }
 
 /// Waits if the program is being ended: what goes wrong because of that is no error to tell.

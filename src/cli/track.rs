@@ -7,6 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use clap::Args;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use seamtrack::calib::board::pair;
 use seamtrack::calib::{KnownSensor, Origin};
 use seamtrack::config::{Config, Joint, Preset, Stripe};
 use seamtrack::output::{Existing, WholeFolder, listing, resolve};
@@ -28,7 +29,7 @@ use seamtrack::units::{MmPerPx, PixelPoint};
 use super::base_frame::{BaseFrame, Robot};
 use super::drawing::Drawing;
 use super::places::{self, Places};
-use super::recordings::{made_from, names_of, truth_beside};
+use super::recordings::{made_from, names_of, size_of, truth_beside};
 use super::troubles::Troubles;
 use super::truth::Truth;
 use super::{batch, manifest, say};
@@ -36,7 +37,7 @@ use super::{batch, manifest, say};
 /// Find the seam in each frame of a recording and estimate its path, in millimetres where a scale or a calibration is given
 #[derive(Debug, Args)]
 pub struct Track {
-    /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs or videos
+    /// Folders of images (png, jpg, bmp, tif), multi-page TIFFs, videos or MCAP logs
     #[arg(required_unless_present = "manifest")]
     inputs: Vec<PathBuf>,
     /// Folder for the results; one folder a recording in it when there are several [default: results/<name>]
@@ -64,10 +65,10 @@ pub struct Track {
     #[arg(long)]
     stripe: Option<Stripe>,
     /// The seam in the first frame, if you know better than the seed
-    #[arg(long, value_name = "U,V", value_parser = parse_point)]
+    #[arg(long, value_name = "U,V", value_parser = parse_point, allow_hyphen_values = true)]
     seed_at: Option<PixelPoint>,
     /// The part of the picture to look at: first column and row, columns and rows [px] [default: all of it]
-    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi)]
+    #[arg(long, value_name = "U,V,W,H", value_parser = parse_roi, allow_hyphen_values = true)]
     roi: Option<[usize; 4]>,
     /// One scale along the stripe [mm/px]; without this and --calibration the path is in pixels
     #[arg(long, value_name = "MM", allow_negative_numbers = true, conflicts_with = "calibration")]
@@ -75,6 +76,9 @@ pub struct Track {
     /// Camera and laser plane, or a scale, as `seamtrack calibrate` wrote them (TOML)
     #[arg(long, value_name = "FILE")]
     calibration: Option<PathBuf>,
+    /// The recording's pictures were cut out of the calibrated ones at this column and row
+    #[arg(long, value_name = "UxV", value_parser = pair, requires = "calibration")]
+    crop_at: Option<[usize; 2]>,
     #[command(flatten)]
     base_frame: BaseFrame,
     /// Where x = 0 lies: first (the first tracked frame), centre (of the image), or a pixel
@@ -98,7 +102,7 @@ pub struct Track {
     /// Also write the paths as TUM trajectories (for evo)
     #[arg(long)]
     tum: bool,
-    /// Exit with 3 when the seam is unavailable on more than this part of the frames
+    /// Most frames that may be without a value; above it the verdict is BAD
     #[arg(long, value_name = "PCT", default_value_t = 5.0, value_parser = parse_percentage)]
     max_unavailable: f64,
     /// Half the width of the band that the path is to stay in: of the truth, or without one of x = 0; says how much of the path
@@ -182,7 +186,7 @@ impl Track {
                 let text = terminal_summary(&run, Colour::for_stdout()) + &format!("results: {report}\n");
                 say::print(&text).context("the results are written, but")?;
             }
-            return Ok(exit_code(verdict(&run).trust != Trust::Bad));
+            return Ok(exit_code(verdict(&run).trust == Trust::Bad));
         }
         let settings = batch::Batch { folder: self.folder(), jobs_at_a_time: self.jobs, quiet: self.quiet };
         batch::run(&settings, &jobs, |job| self.track_one(job, &measuring, false))
@@ -245,18 +249,26 @@ impl Track {
     /// All options that decide on a recording's results.
     fn settings(&self, measuring: &Measuring<'_>, drawings: [Option<&Path>; 2]) -> String {
         let Measuring { config, known, .. } = measuring;
-        let Self { origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
+        let Self { crop_at, origin, frames, max_unavailable, tolerance, tum, trace, .. } = self;
         let period = self.period(config);
         format!(
-            "{config:?} {known:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
+            "{config:?} {known:?} {crop_at:?} {period:?} {origin:?} {frames:?} {max_unavailable:?} {tolerance:?} {tum} {trace} {drawings:?}"
         )
     }
 
     /// Tracks one recording.
     fn track_one(&self, job: &Job, measuring: &Measuring<'_>, alone: bool) -> anyhow::Result<Run> {
         let Measuring { config, known, robot } = *measuring;
+        let cropped = self.crop_at.map(|[u, v]| {
+            let cropped = known.cropped((u, v), size_of(&job.input)?);
+            cropped.with_context(|| {
+                format!("--crop-at {u}x{v}: {} reaches beyond the calibrated picture", job.input.display())
+            })
+        });
+        let cropped = cropped.transpose()?;
+        let known = cropped.as_ref().unwrap_or(known);
         let truth = job.truth.as_deref().map(|file| Ok::<_, anyhow::Error>((file, Truth::read(file)?))).transpose()?;
-        let source = self.open(&job.input, config)?;
+        let mut source = self.open(&job.input, config)?;
         let config = &Config { period_s: source.period_s(), ..config.clone() };
         let mut troubles = Troubles::of(&job.input);
         source.notes().iter().for_each(|note| troubles.note(note));
@@ -273,8 +285,7 @@ impl Track {
         let progress = self.progress(source.frame_count(), alone);
         let mut thumbnails = ThumbnailStore::new(DEFAULT_BUDGET_BYTES, source.frame_count());
         let mut trace = vec![];
-        let reopen = || self.open(&job.input, config);
-        let outcome = seamtrack::run::track(source, &reopen, (config, known), self.origin, |seen| {
+        let outcome = seamtrack::run::track(&mut *source, (config, known), self.origin, |seen| {
             match seen.picture {
                 Ok(picture) => thumbnails.offer(seen.row, picture, seen.marks),
                 Err(error) => progress.suspend(|| troubles.unreadable(seen.row.frame, error)),
@@ -322,6 +333,8 @@ impl Track {
         }
         thumbnails.write(folder.path())?;
         let mut run = Run::read(folder.path())?;
+        // Not that of the folder in which it is made.
+        run.name = folder.target().file_name().unwrap_or_default().to_string_lossy().into_owned();
         run.summary.tolerance = run.tolerance();
         if run.summary.tolerance.is_some() {
             write_summary(&folder.path().join("summary.json"), &run.summary)?;
@@ -331,13 +344,13 @@ impl Track {
         if let Some(mcap) = &job.mcap {
             let place = resolve(mcap)?;
             let within = place.strip_prefix(folder.target()).map(|within| folder.path().join(within));
-            self.write_mcap(&job.input, &within.unwrap_or(place), config, &outcome)?;
+            write_mcap(source.again()?, &within.unwrap_or(place), &outcome)?;
         }
         match &job.overlay {
             None => folder.finish()?,
             Some(overlay) => {
                 let place = Drawing::begin(overlay, &folder, existing)?;
-                let writer = self.draw_overlay(&job.input, place.path(), config, &outcome)?;
+                let writer = draw_overlay(source.again()?, place.path(), config.period_s, &outcome)?;
                 place.finish(writer, folder)?;
             }
         }
@@ -370,48 +383,6 @@ impl Track {
         }
     }
 
-    /// Reads the recording a second time and draws the finished path into it.
-    fn draw_overlay(
-        &self,
-        input: &Path,
-        target: &Path,
-        config: &Config,
-        outcome: &RunOutcome,
-    ) -> anyhow::Result<OverlayWriter> {
-        let mut writer = OverlayWriter::create(target, 1.0 / config.period_s)?;
-        let mut source = self.open(input, config)?;
-        let mut sizes = SizeCheck::default();
-        for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
-            let Some(frame) = source.next_frame() else { break };
-            if let Ok(picture) = sizes.admit(frame).picture {
-                writer.add(&picture, row, marks)?;
-            }
-        }
-        writer.complete()?;
-        Ok(writer)
-    }
-
-    /// Reads the recording a second time and writes it with the finished path as a log.
-    fn write_mcap(&self, input: &Path, target: &Path, config: &Config, outcome: &RunOutcome) -> anyhow::Result<()> {
-        if let Some(folder) = target.parent() {
-            std::fs::create_dir_all(folder).with_context(|| format!("cannot write {}", folder.display()))?;
-        }
-        let mut source = self.open(input, config)?;
-        let mut sizes = SizeCheck::default();
-        write_atomically(target, |file| {
-            file.flush()?;
-            let mut log = FoxgloveLog::begin(file.get_mut()).map_err(std::io::Error::other)?;
-            for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
-                let Some(frame) = source.next_frame() else { break };
-                let picture = sizes.admit(frame).picture.ok();
-                let drawn = picture.as_ref().map(|picture| (picture, marks));
-                log.add(row, drawn).map_err(std::io::Error::other)?;
-            }
-            log.finish().map_err(std::io::Error::other)
-        })?;
-        Ok(())
-    }
-
     fn progress(&self, frames: Option<usize>, alone: bool) -> ProgressBar {
         if self.quiet || !alone || !std::io::stderr().is_terminal() {
             return ProgressBar::hidden();
@@ -422,6 +393,45 @@ impl Track {
     }
 }
 
+/// Reads the recording a second time and draws the finished path into it.
+fn draw_overlay(
+    mut source: Box<dyn FrameSource>,
+    target: &Path,
+    period_s: f64,
+    outcome: &RunOutcome,
+) -> anyhow::Result<OverlayWriter> {
+    let mut writer = OverlayWriter::create(target, 1.0 / period_s)?;
+    let mut sizes = SizeCheck::default();
+    for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+        let Some(frame) = source.next_frame() else { break };
+        if let Ok(picture) = sizes.admit(frame).picture {
+            writer.add(&picture, row, marks)?;
+        }
+    }
+    writer.complete()?;
+    Ok(writer)
+}
+
+/// Reads the recording a second time and writes it with the finished path as a log.
+fn write_mcap(mut source: Box<dyn FrameSource>, target: &Path, outcome: &RunOutcome) -> anyhow::Result<()> {
+    if let Some(folder) = target.parent() {
+        std::fs::create_dir_all(folder).with_context(|| format!("cannot write {}", folder.display()))?;
+    }
+    let mut sizes = SizeCheck::default();
+    write_atomically(target, |file| {
+        file.flush()?;
+        let mut log = FoxgloveLog::begin(file.get_mut()).map_err(std::io::Error::other)?;
+        for (row, marks) in outcome.rows.iter().zip(&outcome.marks) {
+            let Some(frame) = source.next_frame() else { break };
+            let picture = sizes.admit(frame).picture.ok();
+            let drawn = picture.as_ref().map(|picture| (picture, marks));
+            log.add(row, drawn).map_err(std::io::Error::other)?;
+        }
+        log.finish().map_err(std::io::Error::other)
+    })?;
+    Ok(())
+}
+
 /// A configuration whose numbers are in their ranges, so that an error can name the file.
 fn read_config(file: &Path) -> anyhow::Result<Config> {
     let config = Config::read(file)?;
@@ -429,8 +439,9 @@ fn read_config(file: &Path) -> anyhow::Result<Config> {
     Ok(config)
 }
 
-pub(super) fn exit_code(available: bool) -> ExitCode {
-    if available { ExitCode::SUCCESS } else { ExitCode::from(3) }
+/// The exit code of what was done: 3 when one may not trust it.
+pub(super) fn exit_code(is_bad: bool) -> ExitCode {
+    if is_bad { ExitCode::from(3) } else { ExitCode::SUCCESS }
 }
 
 fn parse_point(text: &str) -> Result<PixelPoint, String> {

@@ -5,29 +5,10 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use super::unfinished::{self, Removal};
-use super::{OutputError, listing, places, system};
+use super::{Existing, OutputError, existing, listing, lock, places, system};
 
-/// Longest name that leaves room for `.seamtrack-part` within the 255 bytes of most file systems.
-const LONGEST_NAME_BYTES: usize = 230;
 /// Times that making the private folder is tried: another job may take away the empty folder above it.
 const GOES: usize = 5;
-
-/// What is to become of an earlier result.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Existing {
-    /// It stays, and nothing is written.
-    Keep,
-    /// It is replaced, if all of it is proven ours.
-    Replace,
-}
-
-impl Existing {
-    /// What `--force` says.
-    #[must_use]
-    pub const fn forced(force: bool) -> Self {
-        if force { Self::Replace } else { Self::Keep }
-    }
-}
 
 /// A folder in the making. Fill [`path`](Self::path), then [`finish`](Self::finish); dropped before, it leaves nothing
 /// but what stood there already.
@@ -58,7 +39,7 @@ impl WholeFolder {
     /// # Errors
     /// [`OutputError`] that says what stands there.
     pub fn check(target: &Path, existing: Existing) -> Result<(), OutputError> {
-        check(target, &places::resolve(target)?, existing)
+        existing::check(target, &places::resolve(target)?, existing)
     }
 
     /// Takes the target's lock, cleans up what a run that died left, and makes the private folder.
@@ -80,7 +61,7 @@ impl WholeFolder {
             None => Self::within(&resolved, &resolved, true, target),
         }?;
         begun.clean()?;
-        check(target, &resolved, existing)?;
+        existing::check(target, &resolved, existing)?;
         unfinished::note(&begun.part, Removal::Whole);
         std::fs::create_dir(&begun.part).map_err(OutputError::write(target))?;
         Ok(begun)
@@ -88,14 +69,14 @@ impl WholeFolder {
 
     /// The lock in `folder`, which is made if need be.
     fn within(resolved: &Path, folder: &Path, inside: bool, shown: &Path) -> Result<Self, OutputError> {
-        let prefix = if inside { String::new() } else { hidden_name(resolved) };
-        let lock = folder.join(format!("{prefix}.seamtrack-lock"));
+        let prefix = if inside { String::new() } else { places::hidden_name(resolved) };
+        let lock_file = folder.join(format!("{prefix}.seamtrack-lock"));
         let mut made = vec![];
         let mut went = 0;
         let locked = loop {
             made.extend(make_folders(folder).map_err(OutputError::write(shown))?);
             went += 1;
-            match take_lock(&lock) {
+            match lock::take(&lock_file) {
                 Ok(Some(file)) => break file,
                 Ok(None) => return Err(OutputError::Busy(shown.to_owned())),
                 Err(error) if error.kind() == io::ErrorKind::NotFound && went < GOES => {}
@@ -106,12 +87,12 @@ impl WholeFolder {
             }
         };
         made.iter().for_each(|folder| unfinished::note(folder, Removal::IfEmpty));
-        unfinished::note(&lock, Removal::Whole);
+        unfinished::note(&lock_file, Removal::Whole);
         let part = folder.join(format!("{prefix}.seamtrack-part"));
         Ok(Self {
             target: resolved.to_owned(),
             part,
-            lock,
+            lock: lock_file,
             _locked: locked,
             inside,
             made,
@@ -222,15 +203,6 @@ impl Drop for WholeFolder {
     }
 }
 
-/// The target's name with a dot before it; of one that is too long for what comes behind it, or no UTF-8, its check sum.
-fn hidden_name(target: &Path) -> String {
-    let name = target.file_name().unwrap_or_default();
-    match name.to_str() {
-        Some(name) if name.len() <= LONGEST_NAME_BYTES => format!(".{name}"),
-        _ => format!(".{:08x}", crc32fast::hash(name.as_encoded_bytes())),
-    }
-}
-
 /// Removes a private folder. One without a listing was never finished: all in it was written by the run that made it. One
 /// with a listing was a result: what is not proven ours in it stays, and is named.
 fn remove_ours(folder: &Path) -> Result<(), OutputError> {
@@ -249,37 +221,8 @@ fn can_be_exchanged(resolved: &Path) -> bool {
     !resolved.is_dir() || (!holds_us && system::on_one_device(resolved, parent))
 }
 
-fn check(shown: &Path, resolved: &Path, existing: Existing) -> Result<(), OutputError> {
-    if !resolved.exists() {
-        return Ok(());
-    }
-    if !resolved.is_dir() {
-        return Err(OutputError::NotAFolder(shown.to_owned()));
-    }
-    let foreign = match existing {
-        Existing::Replace => listing::first_foreign(resolved),
-        Existing::Keep if listing::is_in(resolved) => return Err(OutputError::Results(shown.to_owned())),
-        Existing::Keep => first_entry(resolved),
-    };
-    match foreign.map_err(OutputError::write(shown))? {
-        None => Ok(()),
-        Some(path) => {
-            let name = path.strip_prefix(resolved).unwrap_or(&path);
-            Err(OutputError::Foreign(shown.join(name)))
-        }
-    }
-}
-
 fn is_empty(folder: &Path) -> io::Result<bool> {
     Ok(std::fs::read_dir(folder)?.next().is_none())
-}
-
-/// The first entry of a folder by name, but for what runs keep for themselves.
-fn first_entry(folder: &Path) -> io::Result<Option<PathBuf>> {
-    let paths =
-        std::fs::read_dir(folder)?.map(|entry| entry.map(|entry| entry.path())).collect::<io::Result<Vec<_>>>()?;
-    let is_private = |path: &PathBuf| listing::PRIVATE.iter().any(|name| path.ends_with(name));
-    Ok(paths.into_iter().filter(|path| !is_private(path)).min())
 }
 
 /// Makes a folder and those above it; gives back the ones that were not there, the deepest last.
@@ -294,35 +237,6 @@ fn unmake(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = std::fs::remove_dir(folder);
     }
-}
-
-/// Opens and locks the file; none when another process or thread holds it. A lock on a file that was removed in the
-/// meantime is none.
-fn take_lock(path: &Path) -> io::Result<Option<File>> {
-    for _ in 0..GOES {
-        let file = File::options().create(true).truncate(false).write(true).open(path)?;
-        if !system::lock(&file) {
-            return Ok(None);
-        }
-        if is_still_at(&file, path) {
-            return Ok(Some(file));
-        }
-    }
-    Ok(None)
-}
-
-#[cfg(unix)]
-fn is_still_at(file: &File, path: &Path) -> bool {
-    use std::os::unix::fs::MetadataExt;
-    match (file.metadata(), std::fs::symlink_metadata(path)) {
-        (Ok(open), Ok(named)) => (open.dev(), open.ino()) == (named.dev(), named.ino()),
-        _ => false,
-    }
-}
-
-#[cfg(not(unix))]
-fn is_still_at(_: &File, path: &Path) -> bool {
-    path.exists()
 }
 
 #[cfg(test)]

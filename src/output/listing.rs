@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
+use super::file::{WholeFile, is_part};
+
 /// Name of the listing in its folder.
 pub const FILE_NAME: &str = ".seamtrack.json";
 /// Version of the listing; keys may be added under the same one.
@@ -91,10 +93,11 @@ pub fn is_in(folder: &Path) -> bool {
 /// Whether `folder` holds all that was made from `made_from`, unchanged, and nothing else.
 #[must_use]
 pub fn is_whole(folder: &Path, made_from: &str) -> bool {
-    read(folder).is_some_and(|listing| {
-        listing.made_from.as_deref() == Some(made_from)
-            && listing.files.iter().all(|(name, proof)| proof.holds(&folder.join(name)))
-            && first_foreign(folder).is_ok_and(|foreign| foreign.is_none())
+    read(folder).filter(|listing| listing.made_from.as_deref() == Some(made_from)).is_some_and(|listing| {
+        // All that is there is listed and unchanged; so, by their number, all that is listed is there.
+        let mut files = 0;
+        let only_ours = first_unlisted(folder, &listing, &mut files).is_ok_and(|foreign| foreign.is_none());
+        only_ours && files == listing.files.len()
     })
 }
 
@@ -112,12 +115,17 @@ pub fn proves(folder: &Path, name: &str) -> bool {
 /// # Errors
 /// When the folder cannot be read.
 pub fn first_foreign(folder: &Path) -> io::Result<Option<PathBuf>> {
-    let listing = read(folder).unwrap_or_else(empty);
+    first_unlisted(folder, &read(folder).unwrap_or_else(empty), &mut 0)
+}
+
+/// As [`first_foreign`] by this listing; counts the files that are ours.
+fn first_unlisted(folder: &Path, listing: &Listing, files: &mut usize) -> io::Result<Option<PathBuf>> {
     let mut foreign = None;
     walk(folder, "", &mut |name, path, is_folder| {
         let is_ours = if is_folder {
             listing.folders.contains(name)
         } else {
+            *files += 1;
             listing.files.get(name).is_some_and(|proof| !path.is_symlink() && proof.holds(path))
         };
         if !is_ours {
@@ -171,15 +179,9 @@ fn read(folder: &Path) -> Option<Listing> {
 }
 
 fn save(folder: &Path, listing: &Listing) -> io::Result<()> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".seamtrack-");
-    // As readable as any other file; the crate's default is the owner only.
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder)?;
-    serde_json::to_writer(io::BufWriter::new(&mut file), listing)?;
-    file.persist(folder.join(FILE_NAME))?;
-    Ok(())
+    let mut file = WholeFile::begin(&folder.join(FILE_NAME))?;
+    serde_json::to_writer(io::BufWriter::new(file.file()), listing)?;
+    file.finish()
 }
 
 /// Hands name, path and whether it is a folder to `visit`, in the order of the names, until that says false.
@@ -192,7 +194,8 @@ fn walk(
     entries.sort_by_key(std::fs::DirEntry::file_name);
     for entry in entries {
         let own_name = entry.file_name();
-        if prefix.is_empty() && PRIVATE.iter().any(|private| own_name == *private) {
+        let is_private = prefix.is_empty() && PRIVATE.iter().any(|private| own_name == *private);
+        if is_private || (is_part(&own_name) && entry.file_type()?.is_file()) {
             continue;
         }
         // A name that is no UTF-8 is none of ours: it cannot be listed, so its replacement characters stand for it.

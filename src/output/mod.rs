@@ -2,20 +2,26 @@
 //!
 //! * [`WholeFolder`]: a command writes into a private folder beside its target, which takes the target's name in one
 //!   step when it is complete. What stood there before is replaced only if it is proven ours.
+//! * [`WholeFile`]: the same for one file.
 //! * [`listing`]: the proof: `.seamtrack.json` names each file a command left in a folder, with its length and check
 //!   sum. What is not listed, or was changed since, is the user's and is never replaced or deleted.
 //! * [`Reads`]: what a command reads, so that nothing is written into or over it.
 //! * [`unfinished`]: what is being written now, so that a program that is told to end leaves nothing of it behind.
 
+mod existing;
+mod file;
 mod folder;
 pub mod listing;
+mod lock;
 mod places;
 mod system;
 pub mod unfinished;
 
 use std::path::{Path, PathBuf};
 
-pub use folder::{Existing, WholeFolder};
+pub use existing::Existing;
+pub use file::WholeFile;
+pub use folder::WholeFolder;
 pub use places::{Claims, Reads, resolve};
 
 /// Why something is not written.

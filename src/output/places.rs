@@ -6,6 +6,9 @@ use std::path::{Component, Path, PathBuf};
 use super::OutputError;
 use super::system::{Identity, identity};
 
+/// Longest name that leaves room for `.seamtrack-part` within the 255 bytes of most file systems.
+const LONGEST_NAME_BYTES: usize = 230;
+
 /// The path without links and without `..`, also where its end does not exist yet.
 ///
 /// # Errors
@@ -29,6 +32,15 @@ pub fn resolve(path: &Path) -> Result<PathBuf, OutputError> {
         }
     }
     Ok(resolved)
+}
+
+/// The target's name with a dot before it; of one that is too long for what comes behind it, or no UTF-8, its check sum.
+pub(super) fn hidden_name(target: &Path) -> String {
+    let name = target.file_name().unwrap_or_default();
+    match name.to_str() {
+        Some(name) if name.len() <= LONGEST_NAME_BYTES => format!(".{name}"),
+        _ => format!(".{:08x}", crc32fast::hash(name.as_encoded_bytes())),
+    }
 }
 
 /// What a command reads: recordings, truths, configurations.

@@ -1,9 +1,10 @@
 //! Files that are either complete or absent: written under a temporary name, then renamed.
 
+use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
-use crate::output::unfinished::{self, Removal};
+use crate::output::{WholeFile, unfinished};
 
 /// Why a result could not be written or read.
 #[derive(Debug, thiserror::Error)]
@@ -51,45 +52,63 @@ impl ResultsError {
 /// [`ResultsError::Write`] when the folder cannot be written or `fill` fails.
 pub fn write_atomically(
     path: &Path,
-    fill: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+    fill: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
 ) -> Result<(), ResultsError> {
-    let attempt = || -> std::io::Result<()> {
-        let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut file = temporary_file().tempfile_in(folder)?;
-        let _noted = Noted::of(file.path());
-        let mut writer = BufWriter::new(file.as_file_mut());
-        fill(&mut writer)?;
-        writer.flush()?;
-        drop(writer);
-        unfinished::undisturbed(|| file.persist(path))?;
+    let mut file = Together::default();
+    file.add(path, fill)?;
+    file.finish()
+}
+
+/// Files that belong together, in any folders: all are written before the first one takes its name, so a failure leaves the
+/// former ones; and the former later ones go before that, so a process killed in between leaves files missing, but never
+/// those of two occasions side by side.
+#[derive(Default)]
+pub struct Together(Vec<WholeFile>);
+
+impl Together {
+    /// Writes one more through `fill`.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`] when the folder cannot be written or `fill` fails.
+    pub fn add(
+        &mut self,
+        path: &Path,
+        fill: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
+    ) -> Result<(), ResultsError> {
+        let attempt = || -> std::io::Result<()> {
+            let mut file = WholeFile::begin(path)?;
+            let mut writer = BufWriter::new(file.file());
+            fill(&mut writer)?;
+            writer.flush()?;
+            drop(writer);
+            self.0.push(file);
+            Ok(())
+        };
+        attempt().map_err(failed(path))
+    }
+
+    /// Gives them their names.
+    ///
+    /// # Errors
+    /// [`ResultsError::Write`] when the system refuses.
+    pub fn finish(self) -> Result<(), ResultsError> {
+        unfinished::undisturbed(|| -> Result<(), ResultsError> {
+            for path in self.0.iter().skip(1).map(WholeFile::target).filter(|path| path.is_file()) {
+                std::fs::remove_file(path).map_err(failed(path))?;
+            }
+            Ok(())
+        })?;
+        for file in self.0 {
+            let path = file.target().to_owned();
+            file.finish().map_err(failed(&path))?;
+        }
         Ok(())
-    };
-    attempt().map_err(|source| ResultsError::Write { path: path.to_owned(), source })
-}
-
-/// A temporary file that goes when the program is told to end.
-struct Noted(PathBuf);
-
-impl Noted {
-    fn of(path: &Path) -> Self {
-        unfinished::note(path, Removal::Whole);
-        Self(path.to_owned())
     }
 }
 
-impl Drop for Noted {
-    fn drop(&mut self) {
-        unfinished::forget(&self.0);
-    }
-}
-
-/// A builder of temporary files that end up as readable as any other file (the crate's default is owner only).
-fn temporary_file() -> tempfile::Builder<'static, 'static> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".").suffix(".part");
-    #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    builder
+fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ResultsError {
+    let path = path.to_owned();
+    move |source| ResultsError::Write { path, source }
 }
 
 #[cfg(test)]
@@ -108,5 +127,27 @@ mod tests {
         assert!(failed.is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"old");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn of_files_that_belong_together_all_are_new_or_all_old() {
+        let folder = tempfile::tempdir().unwrap();
+        let paths = ["a.toml", "a.html"].map(|name| folder.path().join(name));
+        let write = |text: &str, second_fails: bool| {
+            let mut files = Together::default();
+            files.add(&paths[0], |file| file.write_all(text.as_bytes()))?;
+            files.add(&paths[1], |file| {
+                file.write_all(text.as_bytes())?;
+                if second_fails { Err(std::io::Error::other("disk full")) } else { Ok(()) }
+            })?;
+            files.finish()
+        };
+        let read = || paths.each_ref().map(|path| std::fs::read_to_string(path).unwrap());
+        write("old", false).unwrap();
+        assert!(write("new", true).is_err());
+        assert_eq!(read(), ["old", "old"]);
+        write("new", false).unwrap();
+        assert_eq!(read(), ["new", "new"]);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 2);
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use maud::{DOCTYPE, Markup, html};
 
-use super::atomic::{ResultsError, write_atomically};
+use super::atomic::{ResultsError, Together};
 use super::head::{WITHOUT_SCRIPT, head};
 use super::results::{Estimator, fixed};
 use super::run::Run;
@@ -170,7 +170,8 @@ pub fn check(folder: &Path) -> Result<(), ResultsError> {
 /// When a file cannot be written.
 pub fn write_batch(folder: &Path, mut entries: Vec<Entry>) -> Result<(), ResultsError> {
     entries.sort_by(Entry::order);
-    write_atomically(&folder.join(TABLE), |file| {
+    let mut files = Together::default();
+    files.add(&folder.join(TABLE), |file| {
         let mut csv = csv::Writer::from_writer(file);
         csv.write_record(COLUMNS)?;
         for entry in &entries {
@@ -179,7 +180,8 @@ pub fn write_batch(folder: &Path, mut entries: Vec<Entry>) -> Result<(), Results
         csv.flush()
     })?;
     let page = page(&entries).into_string();
-    write_atomically(&folder.join(PAGE), |file| file.write_all(page.as_bytes()))
+    files.add(&folder.join(PAGE), |file| file.write_all(page.as_bytes()))?;
+    files.finish()
 }
 
 /// The names of the recordings in a batch's table that have results.

@@ -2,7 +2,8 @@
 //!
 //! * `/camera/image`: `foxglove.CompressedImage`, PNG, so that nothing of the picture is lost;
 //! * `/seam/marks`: `foxglove.ImageAnnotations`, for the image panel;
-//! * `/seam/path`: one message a frame with the columns that a plot shows.
+//! * `/seam/path`: one message a frame with the columns that a plot shows;
+//! * `/live/state`, of a live run: what the robot was told last.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -35,6 +36,7 @@ pub struct FoxgloveLog<'a> {
     image: u16,
     marks: u16,
     path: u16,
+    state: Option<u16>,
 }
 
 impl<'a> FoxgloveLog<'a> {
@@ -55,7 +57,7 @@ impl<'a> FoxgloveLog<'a> {
         let image = channel("/camera/image", "foxglove.CompressedImage", image_schema())?;
         let marks = channel("/seam/marks", "foxglove.ImageAnnotations", marks_schema())?;
         let path = channel("/seam/path", "seamtrack.PathRow", path_schema())?;
-        Ok(Self { writer, image, marks, path })
+        Ok(Self { writer, image, marks, path, state: None })
     }
 
     /// Writes one frame: its row, and where it could be read its picture and marks.
@@ -73,6 +75,23 @@ impl<'a> FoxgloveLog<'a> {
             self.write(self.marks, row.frame, ns, &annotations(row, marks, ns))?;
         }
         self.write(self.path, row.frame, ns, &path_message(row, ns))
+    }
+
+    /// Writes what a live run told its robot last, at the time of a frame.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn add_state(&mut self, row: &PathRow, state: &Value) -> Result<(), McapError> {
+        let channel = match self.state {
+            Some(channel) => channel,
+            None => {
+                let schema = object(json!({})).to_string();
+                let id = self.writer.add_schema("seamtrack.LiveState", "jsonschema", schema.as_bytes())?;
+                *self.state.insert(self.writer.add_channel(id, "/live/state", "json", &BTreeMap::new())?)
+            }
+        };
+        let ns = (row.time_s.max(0.0) * 1e9).round() as u64;
+        self.write(channel, row.frame, ns, state)
     }
 
     fn write(&mut self, channel_id: u16, frame: usize, ns: u64, message: &Value) -> Result<(), McapError> {

@@ -10,6 +10,7 @@ use super::canvas::{Canvas, VideoFile, frames_of_video};
 use super::marks::FrameMarks;
 use super::results::{Estimator, PathRow, Status};
 use crate::frame::GrayFrame;
+use crate::output::WholeFile;
 use crate::output::unfinished::{self, Removal};
 
 /// The colours of the page's plots and pictures; each mark has its own shape as well, for colour-blind eyes.
@@ -117,22 +118,27 @@ enum Target {
     Video { unfinished: Unfinished, video: Option<VideoFile>, frames: usize },
 }
 
-/// A video under its own name, removed unless it is finished.
-struct Unfinished(PathBuf);
+/// A video under its own name, removed unless it is finished. OpenCV opens it by that name, so a file beside it is locked.
+struct Unfinished {
+    video: PathBuf,
+    /// Holds the place as long as it is not dropped.
+    _place: WholeFile,
+}
 
 impl Unfinished {
-    fn beside(path: &Path) -> Self {
+    fn beside(path: &Path) -> std::io::Result<Self> {
+        let place = WholeFile::begin(path)?;
         let name = path.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
-        let own = path.with_file_name(format!(".{name}.{}.part.mp4", std::process::id()));
-        unfinished::note(&own, Removal::Whole);
-        Self(own)
+        let video = path.with_file_name(format!(".{name}.seamtrack-part.mp4"));
+        unfinished::note(&video, Removal::Whole);
+        Ok(Self { video, _place: place })
     }
 }
 
 impl Drop for Unfinished {
     fn drop(&mut self) {
-        let _ = std::fs::remove_file(&self.0);
-        unfinished::forget(&self.0);
+        let _ = std::fs::remove_file(&self.video);
+        unfinished::forget(&self.video);
     }
 }
 
@@ -149,7 +155,8 @@ impl OverlayWriter {
                 .map_err(|source| ResultsError::Write { path: folder.to_owned(), source })?;
         }
         let target = if is_video {
-            Target::Video { unfinished: Unfinished::beside(path), video: None, frames: 0 }
+            let failed = |source| ResultsError::Write { path: path.to_owned(), source };
+            Target::Video { unfinished: Unfinished::beside(path).map_err(failed)?, video: None, frames: 0 }
         } else {
             Target::Folder
         };
@@ -179,7 +186,7 @@ impl OverlayWriter {
             Target::Video { unfinished, video, frames } => {
                 let mut open = match video.take() {
                     Some(open) => open,
-                    None => VideoFile::create(&unfinished.0, self.frames_per_second, &picture)?
+                    None => VideoFile::create(&unfinished.video, self.frames_per_second, &picture)?
                         .ok_or_else(|| OverlayError::Video { path: self.path.clone() })?,
                 };
                 if !open.add(&picture)? {
@@ -201,7 +208,7 @@ impl OverlayWriter {
             && let Some(open) = video.take()
         {
             open.finish()?;
-            if frames_of_video(&unfinished.0)? != *frames {
+            if frames_of_video(&unfinished.video)? != *frames {
                 return Err(OverlayError::Incomplete { path: self.path.clone() });
             }
         }
@@ -215,7 +222,7 @@ impl OverlayWriter {
     pub fn finish(mut self) -> Result<(), OverlayError> {
         self.complete()?;
         if let Target::Video { unfinished, frames: 1.., .. } = &self.target {
-            std::fs::rename(&unfinished.0, &self.path)
+            std::fs::rename(&unfinished.video, &self.path)
                 .map_err(|source| ResultsError::Write { path: self.path.clone(), source })?;
         }
         Ok(())

@@ -110,7 +110,7 @@ pub enum PoolRunError {
 /// # Errors
 /// When no frame can be read, OpenCV fails, or time stamps do not rise.
 pub fn measure_pool(
-    mut source: Box<dyn IntensitySource>,
+    source: &mut dyn IntensitySource,
     settings: &PoolSettings,
     mut watch: impl FnMut(&PoolSeen<'_>),
 ) -> Result<PoolOutcome, PoolRunError> {
@@ -129,7 +129,7 @@ pub fn measure_pool(
     };
     let started = Instant::now();
     decode_ahead(
-        move || source.next_frame(),
+        || source.next_frame(),
         |picture: &IntensityFrame| size_of_val(picture.pixels()),
         |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);

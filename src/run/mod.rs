@@ -10,12 +10,12 @@ mod summarise;
 
 use std::time::Instant;
 
+pub use rows::{marks, row};
 pub use score::{error_table, plane_errors};
-pub use second_pass::Reopen;
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
-use self::rows::{fill_smoothed, row};
+use self::rows::fill_smoothed;
 use crate::calib::laser_camera::OtherImageSize;
 use crate::calib::{KnownSensor, Origin, Ruler};
 use crate::config::{Config, ConfigError};
@@ -118,7 +118,7 @@ pub enum RunError {
     },
     /// The calibration is of pictures of another size.
     #[error(
-        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size",
+        "{source_name} is of pictures of {} x {} pixels, the recording's have {} x {}: calibrate at the recording's size, or say by --crop-at UxV where its pictures were cut out",
         sizes.calibrated_px.0, sizes.calibrated_px.1, sizes.got_px.0, sizes.got_px.1
     )]
     OtherImageSize {
@@ -148,16 +148,14 @@ pub enum RunError {
 }
 
 /// Tracks the seam through `source`, measured by a sensor. `watch` is called after each frame, in order. Where the smoother may
-/// look at the whole recording, frames that are left without a value are gone through once more, backwards, as `reopen` gives
-/// them.
+/// look at the whole recording, frames that are left without a value are gone through once more, backwards.
 ///
 /// Frames are decoded on a second thread; the result does not depend on it.
 ///
 /// # Errors
 /// When the configuration is wrong, no frame can be read, the calibration is of other pictures, or the tracker fails.
 pub fn track(
-    mut source: Box<dyn FrameSource>,
-    reopen: Reopen<'_>,
+    source: &mut dyn FrameSource,
     (config, known): (&Config, &KnownSensor),
     origin: Origin,
     mut watch: impl FnMut(&Seen<'_>),
@@ -166,14 +164,14 @@ pub fn track(
     let sixteen_bit_scale = source.sixteen_bit_scale();
     let started = Instant::now();
     decode_ahead(
-        move || source.next_frame(),
+        || source.next_frame(),
         |picture: &GrayFrame| picture.pixels().len(),
         |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);
             run.step(frame, &mut watch)
         },
     )?;
-    let mut outcome = run.finish(started.elapsed().as_secs_f64(), reopen)?;
+    let mut outcome = run.finish(started.elapsed().as_secs_f64(), source)?;
     outcome.sixteen_bit_scale = sixteen_bit_scale;
     Ok(outcome)
 }
@@ -329,7 +327,7 @@ impl<'a> Run<'a> {
         counts.saturated += usize::from(picture.is_some_and(is_saturated));
     }
 
-    fn finish(mut self, elapsed_s: f64, reopen: Reopen<'_>) -> Result<RunOutcome, RunError> {
+    fn finish(mut self, elapsed_s: f64, source: &dyn FrameSource) -> Result<RunOutcome, RunError> {
         let Some(size_px) = self.sizes.size_px() else {
             let first = self.first_error.unwrap_or_else(|| "the recording is empty".into());
             return Err(RunError::NothingReadable { frames: self.rows.len(), first });
@@ -341,7 +339,7 @@ impl<'a> Run<'a> {
             } else {
                 let mut smoothed = self.path.smoothed()?;
                 let settings = SessionSettings { axis: Some(ruler.axis), seed_at: None, ..self.settings };
-                second_pass::fill(&mut smoothed, &settings, size_px, reopen)?;
+                second_pass::fill(&mut smoothed, &settings, size_px, source)?;
                 smoothed
             };
             fill_smoothed(&mut self.rows, &smoothed, ruler);

@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use super::RunError;
-use crate::source::{FrameSource, SizeCheck, SourceError, SourceFrame};
+use crate::source::{FrameSource, SizeCheck, SourceFrame};
 use crate::tracker::{SeamEstimate, SeamPath, Session, SessionSettings, Status};
 use crate::units::StripeAxis;
 
@@ -30,21 +30,18 @@ const UNNOTICED_FRAMES: usize = 6;
 /// Frames over which one pass goes over into the other. Chosen: no step shows.
 const BLEND_FRAMES: usize = 10;
 
-/// Opens the recording once more, at its first frame.
-pub type Reopen<'a> = &'a dyn Fn() -> Result<Box<dyn FrameSource>, SourceError>;
-
 /// Fills the gaps of `smoothed`, the first pass's path, by a second one. `settings` are those of the first pass, with the
 /// axis that it found.
 pub fn fill(
     smoothed: &mut [Option<SeamEstimate>],
     settings: &SessionSettings,
     size_px: (usize, usize),
-    reopen: Reopen<'_>,
+    source: &dyn FrameSource,
 ) -> Result<(), RunError> {
     let Some(axis) = settings.axis else { return Ok(()) };
     for gap in gaps(smoothed) {
         let frames = gap.start..(gap.end + RUN_UP_FRAMES).min(smoothed.len());
-        let backwards = follow_back(frames.clone(), settings, size_px, reopen)?;
+        let backwards = follow_back(frames.clone(), settings, size_px, source)?;
         join(&mut smoothed[frames], &backwards, gap.len(), axis);
     }
     Ok(())
@@ -72,7 +69,7 @@ fn follow_back(
     frames: Range<usize>,
     settings: &SessionSettings,
     size_px: (usize, usize),
-    reopen: Reopen<'_>,
+    source: &dyn FrameSource,
 ) -> Result<Vec<Option<SeamEstimate>>, RunError> {
     let mut session = Session::new(settings)?;
     let mut path = SeamPath::default();
@@ -81,7 +78,7 @@ fn follow_back(
     let mut end = frames.end;
     while end > frames.start {
         let start = end.saturating_sub(at_a_time).max(frames.start);
-        let read = read(start..end, size_px, reopen)?;
+        let read = read(start..end, size_px, source)?;
         let is_old = old(&read);
         for (frame, is_old) in read.into_iter().zip(is_old).rev() {
             let estimate = match &frame.picture {
@@ -129,8 +126,8 @@ fn old(frames: &[SourceFrame]) -> Vec<bool> {
         .collect()
 }
 
-fn read(frames: Range<usize>, size_px: (usize, usize), reopen: Reopen<'_>) -> Result<Vec<SourceFrame>, RunError> {
-    let mut source = reopen()?;
+fn read(frames: Range<usize>, size_px: (usize, usize), source: &dyn FrameSource) -> Result<Vec<SourceFrame>, RunError> {
+    let mut source = source.again()?;
     source.skip(frames.start);
     let mut sizes = SizeCheck::of(size_px);
     let mut kept = Vec::with_capacity(frames.len());

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{FrameSource, SixteenBitScale, SourceFrame};
+use super::{FrameSource, SixteenBitScale, SourceError, SourceFrame};
 
 /// The frames from one number up to another, which is the first that is left out; numbers count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +92,10 @@ impl FrameSource for Cut {
 
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         self.whole.sixteen_bit_scale()
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(Self::new(self.whole.again()?, self.range)))
     }
 }
 

@@ -167,7 +167,7 @@ fn listen(pipe: impl Read, messages: &SyncSender<io::Result<Message>>) {
 
 /// A video that another process decodes, and that is watched.
 struct Watched {
-    name: String,
+    path: PathBuf,
     process: Child,
     messages: Receiver<io::Result<Message>>,
     patience: Duration,
@@ -190,9 +190,18 @@ impl Watched {
         if let Some(pipe) = process.stdout.take() {
             std::thread::spawn(move || listen(pipe, &send));
         }
-        let name = file_name(path);
-        let (count, promised, period_s, broken, ended) = (None, 0, 0.0, None, false);
-        let mut video = Self { name, process, messages, patience, number: 0, count, promised, period_s, broken, ended };
+        let mut video = Self {
+            path: path.to_owned(),
+            process,
+            messages,
+            patience,
+            number: 0,
+            count: None,
+            promised: 0,
+            period_s: 0.0,
+            broken: None,
+            ended: false,
+        };
         match video.next_message() {
             Ok(Message::Begins { count, promised, period_s }) => {
                 (video.count, video.promised, video.period_s) = (count, promised, period_s);
@@ -233,7 +242,7 @@ impl Watched {
 
     /// The next picture, or why it is missing; none at the end.
     fn next_picture(&mut self, file: &str) -> Option<Result<GrayFrame, FrameError>> {
-        let failed = |reason: String| FrameError::Decode { file: file.to_owned(), source: reason.into() };
+        let failed = |reason: String| FrameError::decode(file, reason);
         if self.ended {
             return None;
         }
@@ -268,7 +277,7 @@ impl Drop for Watched {
 
 impl FrameSource for Watched {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let file = format!("{}[{}]", self.name, self.number);
+        let file = format!("{}[{}]", file_name(&self.path), self.number);
         let picture = self.next_picture(&file)?;
         let time_s = self.number as f64 * self.period_s;
         self.number += 1;
@@ -285,6 +294,10 @@ impl FrameSource for Watched {
 
     fn period_s(&self) -> f64 {
         self.period_s
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        open(&self.path, Period::Given(self.period_s))
     }
 }
 
@@ -323,7 +336,7 @@ mod tests {
     #[test]
     fn frames_come_through_the_pipe_as_they_are() {
         let mut sent = bytes(2);
-        let failed = FrameError::Decode { file: String::new(), source: "damaged".into() };
+        let failed = FrameError::decode("", "damaged");
         write_frame(&Err(failed), &mut sent).unwrap();
         sent.push(END);
         let mut video = decoder(&sent, "true", 30.0).1.unwrap();

@@ -1,7 +1,7 @@
 //! A folder of images in the natural order of their names.
 
-use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale, decode, file_name, is_sixteen_bit, scale_frames};
 use super::{FrameSource, Period, SourceError, SourceFrame, timestamps};
@@ -9,10 +9,11 @@ use super::{FrameSource, Period, SourceError, SourceFrame, timestamps};
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "bmp", "tif", "tiff"];
 
 /// The frames of a folder.
-#[derive(Debug)]
+#[derive(Debug, Clone)]
 pub struct Folder {
-    files: VecDeque<(PathBuf, f64)>,
-    count: usize,
+    /// Each frame's file and time \[s\].
+    files: Arc<[(PathBuf, f64)]>,
+    next: usize,
     scale: Option<SixteenBitScale>,
     period_s: f64,
     notes: Vec<String>,
@@ -49,18 +50,23 @@ impl Folder {
 
     /// A recording of one image.
     pub fn single(path: &Path, period: Period) -> Self {
-        Self::of(VecDeque::from([(path.to_owned(), 0.0)]), period.without_own_s())
+        Self::of([(path.to_owned(), 0.0)].into(), period.without_own_s())
     }
 
-    fn of(files: VecDeque<(PathBuf, f64)>, period_s: f64) -> Self {
-        Self { count: files.len(), scale: scale_of(&files), files, period_s, notes: vec![] }
+    fn of(files: Arc<[(PathBuf, f64)]>, period_s: f64) -> Self {
+        Self { next: 0, scale: scale_of(&files), files, period_s, notes: vec![] }
     }
 }
 
 impl DecodedSource for Folder {
     fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
-        let (path, time_s) = self.files.pop_front()?;
-        Some(SourceFrame { file: file_name(&path), time_s, picture: decode(&path) })
+        let (path, time_s) = self.files.get(self.next)?;
+        self.next += 1;
+        Some(SourceFrame { file: file_name(path), time_s: *time_s, picture: decode(path) })
+    }
+
+    fn rewound(&self) -> Result<Self, SourceError> {
+        Ok(Self { next: 0, ..self.clone() })
     }
 }
 
@@ -71,11 +77,11 @@ impl FrameSource for Folder {
     }
 
     fn skip(&mut self, frames: usize) {
-        self.files.drain(..frames.min(self.files.len()));
+        self.next = self.next.saturating_add(frames).min(self.files.len());
     }
 
     fn frame_count(&self) -> Option<usize> {
-        Some(self.count)
+        Some(self.files.len())
     }
 
     fn kind(&self) -> &'static str {
@@ -93,11 +99,15 @@ impl FrameSource for Folder {
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         self.scale
     }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(self.rewound()?))
+    }
 }
 
 /// The scale of a recording of 16 bits, from frames spread over it; where none of these can be read, from the first one
 /// that can.
-fn scale_of(files: &VecDeque<(PathBuf, f64)>) -> Option<SixteenBitScale> {
+fn scale_of(files: &[(PathBuf, f64)]) -> Option<SixteenBitScale> {
     let depth = |path: &PathBuf| is_sixteen_bit(path).map(|is_deep| (path.clone(), is_deep));
     let mut sample: Vec<(PathBuf, bool)> = scale_frames(files.len()).filter_map(|i| depth(&files[i].0)).collect();
     if sample.is_empty() {

@@ -7,7 +7,7 @@ use std::path::Path;
 use image::{ColorType, DynamicImage, ImageDecoder, ImageReader, Limits};
 use serde::Serialize;
 
-use super::{FrameError, FrameSource, SourceFrame};
+use super::{FrameError, FrameSource, SourceError, SourceFrame};
 use crate::frame::GrayFrame;
 
 /// Most pixels of a frame: larger ones are decompression bombs or a mistake. Chosen: what a machine-vision sensor of
@@ -29,20 +29,19 @@ pub enum Decoded {
 }
 
 /// A recording whose pictures can be had as they are decoded, in their full depth.
-pub trait DecodedSource: FrameSource {
+pub trait DecodedSource: FrameSource + Sized {
     /// The next picture; none at the end.
     fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>>;
+    /// What [`FrameSource::again`] gives, as what it is.
+    fn rewound(&self) -> Result<Self, SourceError>;
 }
 
 impl SourceFrame<Decoded> {
     /// The frame in 8-bit grey under the recording's scale.
     pub fn in_gray(self, scale: Option<SixteenBitScale>) -> SourceFrame {
         let Self { file, time_s, picture } = self;
-        let picture = picture.and_then(|decoded| {
-            decoded
-                .into_gray(scale)
-                .ok_or_else(|| FrameError::Decode { file: file.clone(), source: "it has no pixel".into() })
-        });
+        let picture = picture
+            .and_then(|decoded| decoded.into_gray(scale).ok_or_else(|| FrameError::decode(&file, "it has no pixel")));
         SourceFrame { file, time_s, picture }
     }
 }
@@ -135,22 +134,20 @@ fn reader(path: &Path) -> std::io::Result<ImageReader<BufReader<File>>> {
 /// Reads and decodes an image file.
 pub fn decode(path: &Path) -> Result<Decoded, FrameError> {
     let file = file_name(path);
-    let failed = |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.clone(), source };
-    decode_image(reader(path).map_err(|e| failed(Box::new(e)))?, &file)
+    decode_image(reader(path).map_err(|error| FrameError::decode(&file, error))?, &file)
 }
 
 /// Decodes the image that a reader holds; `file` names it.
 pub fn decode_image<R: BufRead + Seek>(reader: ImageReader<R>, file: &str) -> Result<Decoded, FrameError> {
-    let failed =
-        |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
-    let mut decoder = reader.into_decoder().map_err(|e| failed(Box::new(e)))?;
+    let failed = |error: image::ImageError| FrameError::decode(file, error);
+    let mut decoder = reader.into_decoder().map_err(failed)?;
     let (width_px, height_px) = decoder.dimensions();
     check_size(file, width_px, height_px)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(MOST_PIXELS * MOST_BYTES_A_PIXEL);
-    decoder.set_limits(limits).map_err(|e| failed(Box::new(e)))?;
-    let image = DynamicImage::from_decoder(decoder).map_err(|e| failed(Box::new(e)))?;
-    Decoded::from_image(image).ok_or_else(|| failed("it has no pixel".into()))
+    decoder.set_limits(limits).map_err(failed)?;
+    let image = DynamicImage::from_decoder(decoder).map_err(failed)?;
+    Decoded::from_image(image).ok_or_else(|| FrameError::decode(file, "it has no pixel"))
 }
 
 /// Refuses a picture with more pixels than any camera's, before it is decoded.

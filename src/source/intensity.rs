@@ -59,6 +59,11 @@ pub trait IntensitySource: Send {
     fn notes(&self) -> &[String];
     /// The scale of all its frames.
     fn scale(&self) -> IntensityScale;
+    /// As [`FrameSource::again`](super::FrameSource::again).
+    ///
+    /// # Errors
+    /// When it can no longer be opened.
+    fn again(&self) -> Result<Box<dyn IntensitySource>, SourceError>;
 }
 
 /// Opens a folder of images, a multi-page TIFF, a video, or a NumPy stack (frames, rows, columns), in its full depth.
@@ -86,7 +91,7 @@ pub fn open_intensity(path: &Path, period: impl Into<Period>) -> Result<Box<dyn 
 /// Pictures of 8 or 16 bits.
 struct Pictures<S>(S);
 
-impl<S: DecodedSource> IntensitySource for Pictures<S> {
+impl<S: DecodedSource + 'static> IntensitySource for Pictures<S> {
     fn next_frame(&mut self) -> Option<SourceFrame<IntensityFrame>> {
         let scale = self.scale();
         let SourceFrame { file, time_s, picture } = self.0.next_decoded()?;
@@ -98,7 +103,7 @@ impl<S: DecodedSource> IntensitySource for Pictures<S> {
                     IntensityFrame::new(width_px, height_px, light)
                 }
             };
-            frame.map_err(|error| FrameError::Decode { file: file.clone(), source: Box::new(error) })
+            frame.map_err(|error| FrameError::decode(&file, error))
         });
         Some(SourceFrame { file, time_s, picture })
     }
@@ -121,6 +126,10 @@ impl<S: DecodedSource> IntensitySource for Pictures<S> {
 
     fn scale(&self) -> IntensityScale {
         self.0.sixteen_bit_scale().map_or(IntensityScale::EIGHT_BITS, IntensityScale::of_sixteen_bits)
+    }
+
+    fn again(&self) -> Result<Box<dyn IntensitySource>, SourceError> {
+        Ok(Box::new(Self(self.0.rewound()?)))
     }
 }
 
@@ -153,5 +162,9 @@ impl IntensitySource for Grey {
 
     fn scale(&self) -> IntensityScale {
         IntensityScale::EIGHT_BITS
+    }
+
+    fn again(&self) -> Result<Box<dyn IntensitySource>, SourceError> {
+        Ok(Box::new(Self(self.0.again()?)))
     }
 }

@@ -89,6 +89,11 @@ pub trait FrameSource: Send {
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         None
     }
+    /// The same recording from its first frame on; what was found out about it when it was opened is not found out again.
+    ///
+    /// # Errors
+    /// When it can no longer be opened.
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError>;
 }
 
 /// A recording that cannot be opened.
@@ -195,6 +200,13 @@ pub enum FrameError {
         /// Columns and rows of the first one.
         expected_px: (usize, usize),
     },
+}
+
+impl FrameError {
+    /// `file` cannot be decoded, for this reason.
+    pub(crate) fn decode(file: &str, reason: impl Into<Box<dyn std::error::Error + Send + Sync>>) -> Self {
+        Self::Decode { file: file.to_owned(), source: reason.into() }
+    }
 }
 
 /// Opens a folder of images, a multi-page TIFF, an MCAP log or a video. `period` gives the time stamps where the recording has

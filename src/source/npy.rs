@@ -32,7 +32,7 @@ const WANTED: &str = "save an array (frames, rows, columns) of uint8, uint16, fl
 
 /// The frames of a NumPy file.
 pub struct NpyStack {
-    name: String,
+    path: PathBuf,
     file: File,
     /// Where the numbers begin \[bytes\].
     begins: u64,
@@ -64,7 +64,7 @@ impl NpyStack {
     /// Opens the file, checks its shape and length, and finds its scale.
     pub fn open(path: &Path, period: Period) -> Result<Self, SourceError> {
         let io_failed = |source| SourceError::Open { path: path.to_owned(), source };
-        let wrong = |problem: String| SourceError::NumPy { path: PathBuf::from(path), problem };
+        let wrong = |problem: String| SourceError::NumPy { path: path.to_owned(), problem };
         let mut file = BufReader::new(File::open(path).map_err(io_failed)?);
         check_header(&mut file).map_err(|problem| wrong(format!("{problem}: {WANTED}")))?;
         let header = NpyHeader::from_reader(&mut file)
@@ -97,9 +97,9 @@ impl NpyStack {
             )));
         }
         let size_px = (columns as usize, rows as usize);
-        let (name, period_s) = (file_name(path), period.without_own_s());
+        let (path, period_s) = (path.to_owned(), period.without_own_s());
         let scale = IntensityScale::EIGHT_BITS;
-        let mut stack = Self { name, file, begins, number, frames, size_px, next: 0, period_s, scale };
+        let mut stack = Self { path, file, begins, number, frames, size_px, next: 0, period_s, scale };
         let sample = stack.sample().map_err(io_failed)?;
         stack.scale = scale_of(number.kind, sample);
         Ok(stack)
@@ -122,15 +122,14 @@ impl NpyStack {
     }
 
     fn read(&self, frame: u64, file: &str) -> Result<IntensityFrame, FrameError> {
-        let failed =
-            |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
         let (width_px, height_px) = self.size_px;
         let mut pixels = Vec::with_capacity(width_px * height_px);
-        self.each(frame, |value| pixels.push(self.scale.intensity(value))).map_err(|error| failed(Box::new(error)))?;
+        self.each(frame, |value| pixels.push(self.scale.intensity(value)))
+            .map_err(|error| FrameError::decode(file, error))?;
         if !pixels.iter().all(|value| value.is_finite()) {
             return Err(FrameError::NotFinite { file: file.to_owned() });
         }
-        IntensityFrame::new(width_px, height_px, pixels).map_err(|error| failed(Box::new(error)))
+        IntensityFrame::new(width_px, height_px, pixels).map_err(|error| FrameError::decode(file, error))
     }
 
     /// Finite pixels of frames spread over the stack, frame by frame.
@@ -159,7 +158,7 @@ impl IntensitySource for NpyStack {
         }
         let frame = self.next;
         self.next += 1;
-        let file = format!("{}[{frame}]", self.name);
+        let file = format!("{}[{frame}]", file_name(&self.path));
         let picture = self.read(frame, &file);
         Some(SourceFrame { file, time_s: frame as f64 * self.period_s, picture })
     }
@@ -182,6 +181,12 @@ impl IntensitySource for NpyStack {
 
     fn scale(&self) -> IntensityScale {
         self.scale
+    }
+
+    fn again(&self) -> Result<Box<dyn IntensitySource>, SourceError> {
+        let path = self.path.clone();
+        let file = File::open(&path).map_err(|source| SourceError::Open { path: path.clone(), source })?;
+        Ok(Box::new(Self { path, file, next: 0, ..*self }))
     }
 }
 

@@ -2,11 +2,11 @@
 
 use std::fs::File;
 use std::io::BufReader;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use tiff::ColorType;
 use tiff::decoder::{Decoder, DecodingResult, Limits};
 use tiff::tags::Tag;
+use tiff::{ColorType, TiffError};
 
 use super::gray::{Decoded, DecodedSource, MOST_PIXELS, SixteenBitScale, check_size, file_name, scale_frames};
 use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
@@ -22,7 +22,7 @@ const MOST_PAGES: usize = 1_000_000;
 /// A file that is cut short loses its list of pages where it ends: the page that cannot be reached is one that cannot be
 /// read. How many there were behind it nobody knows.
 pub struct TiffStack {
-    name: String,
+    path: PathBuf,
     decoder: Decoder<BufReader<File>>,
     next: usize,
     pages: usize,
@@ -57,7 +57,14 @@ impl TiffStack {
             decode_page(&mut walker, &name).ok()
         });
         let scale = SixteenBitScale::of_frames(sample);
-        Ok(Self { decoder: decoder(path)?, name, next: 0, pages, period_s: period.without_own_s(), scale })
+        Ok(Self {
+            decoder: decoder(path)?,
+            path: path.to_owned(),
+            next: 0,
+            pages,
+            period_s: period.without_own_s(),
+            scale,
+        })
     }
 }
 
@@ -77,12 +84,11 @@ fn decoder(path: &Path) -> Result<Decoder<BufReader<File>>, SourceError> {
 }
 
 fn decode_page(decoder: &mut Decoder<BufReader<File>>, file: &str) -> Result<Decoded, FrameError> {
-    let failed =
-        |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
-    let (width, height) = decoder.dimensions().map_err(|e| failed(Box::new(e)))?;
+    let failed = |error: TiffError| FrameError::decode(file, error);
+    let (width, height) = decoder.dimensions().map_err(failed)?;
     check_size(file, width, height)?;
-    let colour = decoder.colortype().map_err(|e| failed(Box::new(e)))?;
-    let image = match (decoder.read_image().map_err(|e| failed(Box::new(e)))?, colour) {
+    let colour = decoder.colortype().map_err(failed)?;
+    let image = match (decoder.read_image().map_err(failed)?, colour) {
         (DecodingResult::U8(grey), ColorType::Gray(8)) => {
             image::GrayImage::from_raw(width, height, grey).map(Into::into)
         }
@@ -94,10 +100,11 @@ fn decode_page(decoder: &mut Decoder<BufReader<File>>, file: &str) -> Result<Dec
             image::ImageBuffer::<image::Rgb<u16>, _>::from_raw(width, height, rgb).map(Into::into)
         }
         (_, other) => {
-            return Err(failed(format!("its pages are {other:?}; grey or RGB of 8 or 16 bits is read").into()));
+            let reason = format!("its pages are {other:?}; grey or RGB of 8 or 16 bits is read");
+            return Err(FrameError::decode(file, reason));
         }
     };
-    image.and_then(Decoded::from_image).ok_or_else(|| failed("its page is cut short".into()))
+    image.and_then(Decoded::from_image).ok_or_else(|| FrameError::decode(file, "its page is cut short"))
 }
 
 impl DecodedSource for TiffStack {
@@ -107,13 +114,18 @@ impl DecodedSource for TiffStack {
             return None;
         }
         self.next += 1;
-        let file = format!("{}[{page}]", self.name);
+        let file = format!("{}[{page}]", file_name(&self.path));
         let reached = if page == 0 { Ok(()) } else { self.decoder.next_image() };
         let picture = match reached {
             Ok(()) => decode_page(&mut self.decoder, &file),
-            Err(source) => Err(FrameError::Decode { file: file.clone(), source: Box::new(source) }),
+            Err(error) => Err(FrameError::decode(&file, error)),
         };
         Some(SourceFrame { file, time_s: page as f64 * self.period_s, picture })
+    }
+
+    fn rewound(&self) -> Result<Self, SourceError> {
+        let Self { pages, period_s, scale, .. } = *self;
+        Ok(Self { decoder: decoder(&self.path)?, path: self.path.clone(), next: 0, pages, period_s, scale })
     }
 }
 
@@ -147,6 +159,10 @@ impl FrameSource for TiffStack {
 
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
         self.scale
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(self.rewound()?))
     }
 }
 

@@ -1,7 +1,7 @@
 //! A video file through OpenCV.
 #![expect(clippy::disallowed_types, reason = "the folder's one door to OpenCV")]
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use opencv::core::{Mat, MatTraitConst, MatTraitConstManual};
 use opencv::imgproc::{COLOR_BGR2GRAY, cvt_color_def};
@@ -26,7 +26,7 @@ const FRAME_RATES: std::ops::RangeInclusive<f64> = 1e-4..=1e6;
 /// The pictures of a video file. Where it ends before the number of frames that it promises, the rest are frames that
 /// cannot be read.
 pub struct Video {
-    name: String,
+    path: PathBuf,
     capture: VideoCapture,
     number: usize,
     count: Option<usize>,
@@ -58,7 +58,7 @@ impl Video {
             (Period::OwnOr(_), Some(rate)) => 1.0 / rate,
             (period, _) => period.without_own_s(),
         };
-        Ok(Self { name: file_name(path), capture, number: 0, count, promised, ended: false, period_s })
+        Ok(Self { path: path.to_owned(), capture, number: 0, count, promised, ended: false, period_s })
     }
 
     /// Frames that must come.
@@ -73,43 +73,40 @@ impl Video {
 
     /// The next picture, or, once the file has ended, why a promised one is missing; none at the end.
     fn next_picture(&mut self, file: &str) -> Option<Result<GrayFrame, FrameError>> {
-        let failed =
-            |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.into(), source };
         let mut reason = None;
         if !self.ended {
             match self.read() {
                 Ok(Some(picture)) => return Some(gray(&picture, file)),
                 Ok(None) => {}
-                Err(error) => reason = Some(failed(Box::new(error))),
+                Err(error) => reason = Some(FrameError::decode(file, error)),
             }
             self.ended = true;
             self.promised = self.promised.min(self.number.saturating_add(MOST_MISSING));
         }
         let promised = self.promised;
-        let missing =
-            || failed(format!("the file ends before it, of {promised} frames that its header promises").into());
+        let why = || format!("the file ends before it, of {promised} frames that its header promises");
+        let missing = || FrameError::decode(file, why());
         (self.number < promised).then(|| Err(reason.unwrap_or_else(missing)))
     }
 }
 
 fn gray(picture: &Mat, file: &str) -> Result<GrayFrame, FrameError> {
-    let failed = |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.into(), source };
     let (width, height) = (picture.cols(), picture.rows());
     check_size(file, width as u32, height as u32)?;
     let mut gray = Mat::default();
     if picture.channels() == 1 {
         gray = picture.clone();
     } else {
-        cvt_color_def(picture, &mut gray, COLOR_BGR2GRAY).map_err(|e| failed(Box::new(e)))?;
+        cvt_color_def(picture, &mut gray, COLOR_BGR2GRAY).map_err(|error| FrameError::decode(file, error))?;
     }
-    let bytes = gray.data_bytes().map_err(|e| failed(Box::new(e)))?.to_vec();
-    GrayFrame::new(width as usize, height as usize, bytes).map_err(|e| failed(Box::new(e)))
+    let bytes = gray.data_bytes().map_err(|error| FrameError::decode(file, error))?.to_vec();
+    GrayFrame::new(width as usize, height as usize, bytes).map_err(|error| FrameError::decode(file, error))
 }
 
 impl FrameSource for Video {
     fn next_frame(&mut self) -> Option<SourceFrame> {
         let number = self.number;
-        let file = format!("{}[{number}]", self.name);
+        let file = format!("{}[{number}]", file_name(&self.path));
         let picture = self.next_picture(&file)?;
         self.number += 1;
         Some(SourceFrame { file, time_s: number as f64 * self.period_s, picture })
@@ -125,5 +122,9 @@ impl FrameSource for Video {
 
     fn period_s(&self) -> f64 {
         self.period_s
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(Self::open(&self.path, Period::Given(self.period_s))?))
     }
 }

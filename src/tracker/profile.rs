@@ -3,7 +3,7 @@
 use nalgebra::{Matrix2, matrix};
 
 use super::view::View;
-use crate::imgproc::geometry::{JointFit, JointKind, Line};
+use crate::imgproc::geometry::{FrameLine, JointFit, JointKind};
 use crate::units::PixelPoint;
 
 /// A straight piece of the stripe.
@@ -48,15 +48,11 @@ impl Profile {
     /// be, of which `ragged_px2` is the edges' raggedness.
     pub(super) fn of(fit: &JointFit, kind: JointKind, along_px2: f64, ragged_px2: f64) -> Self {
         let signs = [-1.0, 1.0];
-        let sides = [(fit.left, signs[0]), (fit.right, signs[1])];
-        let side = |i: usize| {
-            let (line, sign) = sides[i];
-            seen(fit, line, fit.side_covariances[i], (0.0, sign * REACH_PX))
-        };
+        let side = |i: usize| seen(fit, fit.in_frame[i], (0.0, signs[i] * REACH_PX));
         let plate = |i: usize| {
-            let (plate, covariance) = (fit.plates[i]?, fit.plate_covariances[i]?);
-            let (shoulder_du, _) = sides[i].0.meets(plate)?;
-            Some(seen(fit, plate, covariance, (shoulder_du, shoulder_du + signs[i] * REACH_PX)))
+            let plate = fit.plates_in_frame[i]?;
+            let (shoulder_du, _) = fit.in_frame[i].line.meets(plate.line)?;
+            Some(seen(fit, plate, (shoulder_du, shoulder_du + signs[i] * REACH_PX)))
         };
         Self {
             kind,
@@ -94,8 +90,8 @@ impl Profile {
     }
 }
 
-/// Two points of a line at the distances `near` and `far` from the centre's column, where its row and slope have `covariance`.
-fn seen(fit: &JointFit, line: Line, covariance: Matrix2<f64>, (near, far): (f64, f64)) -> SeenLine {
+/// Two points of a line at the distances `near` and `far` from the centre's column.
+fn seen(fit: &JointFit, FrameLine { line, covariance }: FrameLine, (near, far): (f64, f64)) -> SeenLine {
     let straight = line.moved(near);
     let ends =
         [near, far].map(|du| PixelPoint::new(fit.centre.u_px + du, straight.v_px + straight.slope * (du - near)));

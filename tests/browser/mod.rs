@@ -97,7 +97,8 @@ impl Page {
 
     /// Show `file`, which has no script.
     pub fn show_static(&mut self, file: &Path, window: (u32, u32), scheme: &str) {
-        let loaded = format!("document.readyState === 'complete' && location.href.endsWith('{}')", file.display());
+        let place = json!(file.to_string_lossy());
+        let loaded = format!("document.readyState === 'complete' && decodeURIComponent(location.pathname) === {place}");
         self.show_until(file, window, scheme, &loaded);
     }
 

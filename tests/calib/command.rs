@@ -62,6 +62,28 @@ fn a_scale_comes_with_its_interval_and_refuses_what_determines_none() {
 }
 
 #[test]
+fn nothing_is_written_over_what_is_read_or_what_nobody_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();
+    let rows: String = (0..9).map(|i| format!("{},{:.1}\n", 5 * i, 2.0 * f64::from(i))).collect();
+    std::fs::write(path("gauge.csv"), format!("px,mm\n{rows}")).unwrap();
+    let before = std::fs::read(path("gauge.csv")).unwrap();
+    let over_input = ["scale", &path("gauge.csv"), "-o", &path("gauge.csv"), "--force"];
+    seamtrack(&over_input).assert().code(1).stderr(contains("which is read"));
+    assert_eq!(std::fs::read(path("gauge.csv")).unwrap(), before);
+    // The page of camera.toml is camera.html.
+    std::fs::create_dir(path("boards")).unwrap();
+    std::fs::write(path("camera.html"), "mine").unwrap();
+    let camera = |output: &str| {
+        seamtrack(&["camera", &path("boards"), "--square", "15", "-o", &path(output), "--force"]).assert().code(1)
+    };
+    camera("camera.toml").stderr(contains("camera.html is no page of this program"));
+    camera("other.html").stderr(contains("name a .toml"));
+    camera("boards/camera.toml").stderr(contains("which is read"));
+    assert_eq!(std::fs::read(path("camera.html")).unwrap(), b"mine");
+}
+
+#[test]
 fn a_camera_goes_to_opencv_and_ros_and_comes_back() {
     let folder = tempfile::tempdir().unwrap();
     let path = |name: &str| folder.path().join(name).to_str().unwrap().to_owned();

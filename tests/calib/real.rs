@@ -77,7 +77,6 @@ fn the_scale_of_a_real_scan_comes_from_its_robot() {
     shown(&scale);
     let scale = CalibrationFile::read(&file).unwrap().scale.unwrap();
     assert!((0.2145..=0.2169).contains(&scale.mm_per_px), "{}", scale.mm_per_px);
-    // The interval counts the scatter of the positions alone and misses .2157 by two of its σ (docs/calibration.md).
     eprintln!("scale of scan 1: {} ± {} mm/px", scale.mm_per_px, scale.std_mm_per_px);
     assert_eq!(scale.axis, "u");
 }

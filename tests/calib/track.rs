@@ -169,6 +169,41 @@ fn a_calibration_of_other_pictures_is_an_error_of_one_line() {
 }
 
 #[test]
+fn pictures_cut_out_of_the_calibrated_ones_give_the_same_millimetres() {
+    let place = Place::new();
+    place.synth("sensor-butt", "24", &[]);
+    let sensor = place.true_sensor("sensor-butt", Some(EVERYWHERE));
+    let (at, size) = ([150, 200], [700, 400]);
+    std::fs::create_dir(place.path("cut")).unwrap();
+    for frame in std::fs::read_dir(place.path("rec/frames")).unwrap().map(|entry| entry.unwrap().path()) {
+        let cut = image::open(&frame).unwrap().crop_imm(at[0], at[1], size[0], size[1]);
+        cut.save(Path::new(&place.path("cut")).join(frame.file_name().unwrap())).unwrap();
+    }
+    let (whole, cut, truth) = (place.path("rec/frames"), place.path("cut"), place.path("rec/truth.csv"));
+    let track = |frames: &str, run: &str, more: &[&str]| {
+        let run = place.path(run);
+        seamtrack(&["track", frames, "--calibration", &sensor, "-o", &run]).args(more).assert()
+    };
+    track(&whole, "whole", &["--truth", &truth]).success();
+    track(&cut, "cut-run", &[]).code(1).stderr(contains("--crop-at"));
+    track(&cut, "cut-run", &["--crop-at", "400x200"]).code(1).stderr(contains("beyond the calibrated picture"));
+    track(&cut, "cut-run", &["--crop-at", "150x200"]).success().stdout(contains("cut out at 150x200"));
+    let (whole, cut) = (place.rows("whole"), place.rows("cut-run"));
+    let both: Vec<_> =
+        whole.iter().zip(&cut).filter(|(a, b)| a.lateral_mm.is_some() && b.lateral_mm.is_some()).collect();
+    assert!(both.len() > 12, "{} of {}", both.len(), whole.len());
+    for (a, b) in both {
+        // The same light, looked at from another corner of the picture.
+        assert!((a.lateral_mm.unwrap() - b.lateral_mm.unwrap()).abs() < 0.15, "{a:?} {b:?}");
+        assert!((a.u_px.unwrap() - b.u_px.unwrap() - f64::from(at[0])).abs() < 1.0, "{a:?} {b:?}");
+        assert_eq!(b.calibrated, Some(true));
+    }
+    // What was kept of the calibration belongs to the cut pictures.
+    let camera = &place.summary("cut-run")["calibration"]["file"]["camera"];
+    assert_eq!(camera["cx"].as_f64(), Some(507.0 - f64::from(at[0])));
+}
+
+#[test]
 fn a_scale_with_its_uncertainty_comes_from_a_file_too() {
     let place = Place::new();
     let demo = Path::new(env!("CARGO_MANIFEST_DIR")).join("fixtures/demo-butt");

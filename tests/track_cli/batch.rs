@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 
 use predicates::prelude::*;
 
-use crate::program::{demo, demo_frames, line_with, seamtrack};
+use crate::program::{demo, demo_frames, line_with, seamtrack, untimed};
+use crate::users_files::tree;
 
 /// A folder `name` of links to the demonstration's first `count` frames.
 fn linked(folder: &Path, name: &str, count: usize) -> PathBuf {
@@ -30,23 +31,16 @@ fn batch(manifest: &Path, output: &Path) -> assert_cmd::Command {
 /// Every file below `folder` with its bytes, without what tells how long things took: `timing` of a summary, the page that
 /// shows it, and the check sums of both.
 fn results(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
-    let mut files = BTreeMap::new();
-    let mut folders = vec![folder.to_owned()];
-    while let Some(place) = folders.pop() {
-        for entry in fs::read_dir(&place).unwrap().map(|entry| entry.unwrap().path()) {
-            let name = entry.file_name().unwrap().to_string_lossy().into_owned();
-            if entry.is_dir() {
-                folders.push(entry);
-            } else if name == "summary.json" {
-                let mut summary: serde_json::Value = serde_json::from_slice(&fs::read(&entry).unwrap()).unwrap();
-                summary["timing"].take();
-                files.insert(entry.strip_prefix(folder).unwrap().to_owned(), summary.to_string().into_bytes());
-            } else if !["report.html", ".seamtrack.json"].contains(&name.as_str()) {
-                files.insert(entry.strip_prefix(folder).unwrap().to_owned(), fs::read(&entry).unwrap());
-            }
+    let kept = |(path, bytes): (PathBuf, Vec<u8>)| {
+        let name = path.file_name().unwrap().to_string_lossy().into_owned();
+        let place = path.strip_prefix(folder).unwrap().to_owned();
+        match name.as_str() {
+            "summary.json" => Some((place, untimed(&bytes).into_bytes())),
+            "report.html" | ".seamtrack.json" => None,
+            _ => Some((place, bytes)),
         }
-    }
-    files
+    };
+    tree(folder).into_iter().filter_map(kept).collect()
 }
 
 #[test]
@@ -193,4 +187,26 @@ fn batches_of_methods_stand_in_one_table_over_their_recordings() {
     let mut mixed = seamtrack();
     mixed.arg("compare").arg(&methods[0]).arg(methods[1].join("a")).arg("-o").arg(folder.path().join("x.html"));
     mixed.assert().code(1).stderr(line_with(&["batches and single runs"]));
+}
+
+#[test]
+fn a_second_batch_into_a_folder_is_refused_while_the_first_one_works() {
+    let folder = tempfile::tempdir().unwrap();
+    let inputs: Vec<PathBuf> = (0..8).map(|i| linked(folder.path(), &format!("r{i}"), 58)).collect();
+    let output = folder.path().join("out");
+    let mut first = std::process::Command::new(env!("CARGO_BIN_EXE_seamtrack"));
+    first.arg("track").args(&inputs).arg("-o").arg(&output).args(["--joint", "butt", "--quiet"]);
+    let mut first = first.stdout(Stdio::null()).stderr(Stdio::null()).spawn().unwrap();
+    let began = Instant::now();
+    while !output.join(".batch.seamtrack-part").exists() {
+        assert!(began.elapsed() < Duration::from_secs(60) && first.try_wait().unwrap().is_none());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    let mut second = seamtrack();
+    second.arg("track").args(&inputs[..2]).arg("-o").arg(&output).args(["--joint", "butt", "--force"]);
+    second.assert().code(1).stderr(line_with(&["out", "another run"]));
+    assert!(first.wait().unwrap().success());
+    let table = fs::read_to_string(output.join("batch.csv")).unwrap();
+    assert_eq!(table.lines().count(), 9);
+    assert!(!output.join(".batch.seamtrack-part").exists());
 }

@@ -45,6 +45,13 @@ pub fn summary(output: &Path) -> serde_json::Value {
     serde_json::from_str(&fs::read_to_string(output.join("summary.json")).unwrap()).unwrap()
 }
 
+/// A summary without `timing`: how long things take is no two times the same.
+pub fn untimed(summary: &[u8]) -> String {
+    let mut summary: serde_json::Value = serde_json::from_slice(summary).unwrap();
+    assert!(summary["timing"].take().is_object());
+    summary.to_string()
+}
+
 /// The demonstration's frames in order.
 pub fn demo_frames() -> Vec<PathBuf> {
     (0..58).map(|i| demo().join(format!("frames/frame_{i:06}.png"))).collect()

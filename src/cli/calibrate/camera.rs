@@ -10,10 +10,10 @@ use seamtrack::calib::camera::{CameraFit, fit_camera};
 use seamtrack::calib::detect::detect;
 use seamtrack::calib::file::{CalibrationFile, ImageHash};
 use seamtrack::calib::intrinsics::INTRINSIC_NAMES;
-use seamtrack::report::calibration::{camera_map, write_camera_page};
+use seamtrack::report::calibration::{camera_map, camera_page};
 
 use super::pictures::Folder;
-use super::{expect_new, parse_positive, print_advice, write_calibration};
+use super::{Target, parse_positive, print_advice};
 
 /// Calibrate a camera from pictures of a chessboard
 #[derive(Debug, Args)]
@@ -45,9 +45,7 @@ pub fn parse_board(text: &str) -> Result<Board, String> {
 
 impl Camera {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let page = self.output.with_extension("html");
-        expect_new(&self.output, self.force)?;
-        expect_new(&page, self.force)?;
+        let target = Target::with_page(&self.output, self.force, [&self.folder])?;
         let pictures = Folder::open(&self.folder)?;
         let detected = detect(&pictures, self.board.0).with_context(|| self.folder.display().to_string())?;
         let fit = fit_camera(detected, self.square).with_context(|| self.folder.display().to_string())?;
@@ -65,11 +63,10 @@ impl Camera {
             sha256: view.sighting.sha256.clone(),
         };
         file.images = fit.views.iter().map(hash).collect();
-        write_calibration(&self.output, &mut file, self.force)?;
-        write_camera_page(&page, &self.folder.display().to_string(), &file, &fit)?;
+        target.write(&mut file, |file| camera_page(&self.folder.display().to_string(), file, &fit))?;
         print(&fit);
         print_advice(&fit.left_out, &fit.advice);
-        outln!("written: {}, {}", self.output.display(), page.display());
+        outln!("written: {target}");
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow};
 use clap::Args;
 use seamtrack::calib::board::pair;
 use seamtrack::calib::check::{Checked, StripePoints, check_boards, check_plate, check_step, stripe_points};
@@ -18,6 +18,7 @@ use super::camera::{Board, parse_board};
 use super::laser::{board_of, read_pairs};
 use super::pictures::{Folder, read_poses, still_light};
 use super::{parse_finite, parse_positive};
+use crate::cli::recordings::size_of;
 
 /// Test a calibration by a flat plate, a known step, a known travel, or its own boards
 ///
@@ -133,15 +134,14 @@ impl Check {
 
     /// The sensor for the recording's pictures: the calibrated ones, or a part cut out of them.
     fn for_recording(&self, sensor: &LaserCamera) -> anyhow::Result<LaserCamera> {
-        let mut source = source::open(&self.input, 1.0)?;
-        let first = std::iter::from_fn(|| source.next_frame()).find_map(|frame| frame.picture.ok());
-        let Some(picture) = first else { bail!("{} has no readable frame", self.input.display()) };
-        let size_px = (picture.width_px(), picture.height_px());
+        let size_px = size_of(&self.input)?;
         match self.crop_at {
             Some([u, v]) => sensor.cropped((u, v), size_px).with_context(|| self.input.display().to_string()),
             None => {
                 let fits = sensor.expect_size(size_px);
-                fits.with_context(|| format!("{} (--crop-at UxV says where)", self.input.display()))?;
+                fits.with_context(|| {
+                    format!("{} (--crop-at UxV says where its pictures were cut out)", self.input.display())
+                })?;
                 Ok(sensor.clone())
             }
         }

@@ -9,7 +9,7 @@ use seamtrack::calib::board::pair;
 use seamtrack::calib::file::CalibrationFile;
 use seamtrack::calib::interchange::{import_camera, to_opencv, to_ros};
 
-use super::{expect_new, write_calibration, write_new};
+use super::Target;
 
 /// Take over a camera from OpenCV's YAML, ROS' camera_info or Kalibr's camchain
 #[derive(Debug, Args)]
@@ -55,7 +55,7 @@ enum Dialect {
 
 impl Import {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        expect_new(&self.output, self.force)?;
+        let target = Target::new(&self.output, self.force, [&self.input])?;
         let text =
             std::fs::read_to_string(&self.input).with_context(|| format!("cannot read {}", self.input.display()))?;
         let imported = import_camera(&text).map_err(|problem| anyhow!("{}: {problem}", self.input.display()))?;
@@ -65,10 +65,9 @@ impl Import {
         })?;
         let mut file = CalibrationFile::default();
         file.set_camera(size_px, &imported.intrinsics);
-        write_calibration(&self.output, &mut file, self.force)?;
+        target.write(&mut file, |_| String::new())?;
         outln!(
-            "{}: a camera of {}, {} x {} pixels; nothing is known of its uncertainty",
-            self.output.display(),
+            "{target}: a camera of {}, {} x {} pixels; nothing is known of its uncertainty",
             imported.dialect,
             size_px.0,
             size_px.1
@@ -79,6 +78,7 @@ impl Import {
 
 impl Export {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
+        let target = Target::new(&self.output, self.force, [&self.input])?;
         let file = CalibrationFile::read(&self.input)?;
         let camera = file.known_camera().map_err(|problem| anyhow!("{} {problem}", self.input.display()))?;
         let sensor = file.laser_camera().ok();
@@ -87,8 +87,8 @@ impl Export {
             Dialect::Opencv => to_opencv(&camera.intrinsics, camera.size_px, sensor.as_ref()),
             Dialect::Ros => to_ros(&camera.intrinsics, camera.size_px, &name),
         };
-        write_new(&self.output, &text, self.force)?;
-        outln!("{}", self.output.display());
+        target.write_text(&text, String::new)?;
+        outln!("{target}");
         Ok(ExitCode::SUCCESS)
     }
 }

@@ -12,11 +12,11 @@ use seamtrack::calib::laser::{LaserFit, fit_laser};
 use seamtrack::calib::laser_camera::PlanePoint;
 use seamtrack::calib::pairs::{pair_by_list, pair_by_name};
 use seamtrack::calib::stripes::find_stripes;
-use seamtrack::report::calibration::write_laser_page;
+use seamtrack::report::calibration::laser_page;
 
 use super::camera::{Board, parse_board};
 use super::pictures::Folder;
-use super::{expect_new, parse_positive, print_advice, write_calibration};
+use super::{Target, parse_positive, print_advice};
 
 /// Calibrate the laser's plane from pictures of the board with the stripe on it
 ///
@@ -52,9 +52,8 @@ pub struct Laser {
 
 impl Laser {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        let page = self.output.with_extension("html");
-        expect_new(&self.output, self.force)?;
-        expect_new(&page, self.force)?;
+        let read = [&self.folder, &self.camera].into_iter().chain(&self.pairs).chain(&self.hand_eye);
+        let target = Target::with_page(&self.output, self.force, read)?;
         let mut file = CalibrationFile::read(&self.camera)?;
         let camera = file.known_camera().map_err(|problem| anyhow!("{} {problem}", self.camera.display()))?;
         let hand_eye = self.hand_eye.as_deref().map(read_hand_eye).transpose()?;
@@ -76,11 +75,10 @@ impl Laser {
         if let Some(matrix) = hand_eye {
             file.hand_eye = Some(HandEyeSection { matrix });
         }
-        write_calibration(&self.output, &mut file, self.force)?;
-        write_laser_page(&page, &self.folder.display().to_string(), &file, &fit)?;
+        target.write(&mut file, |file| laser_page(&self.folder.display().to_string(), file, &fit))?;
         print(&fit);
         print_advice(&fit.left_out, &fit.advice);
-        outln!("written: {}, {}", self.output.display(), page.display());
+        outln!("written: {target}");
         outln!("test it with what you have: seamtrack calibrate check {} RECORDING --plate", self.output.display());
         Ok(ExitCode::SUCCESS)
     }

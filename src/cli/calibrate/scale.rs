@@ -12,8 +12,8 @@ use seamtrack::calib::travel::{Moved, Travel};
 use seamtrack::source;
 use seamtrack::units::StripeAxis;
 
+use super::Target;
 use super::pictures::{read_poses, still_light};
-use super::{expect_new, write_calibration};
 
 /// Find one scale from known displacements
 ///
@@ -55,7 +55,7 @@ enum Axis {
 
 impl Scale {
     pub fn run(&self) -> anyhow::Result<ExitCode> {
-        expect_new(&self.output, self.force)?;
+        let target = Target::new(&self.output, self.force, [&self.input].into_iter().chain(&self.poses))?;
         let (positions, moved_along) = match &self.poses {
             Some(poses) => self.follow_recording(poses)?,
             None if self.input.is_dir() => {
@@ -70,9 +70,9 @@ impl Scale {
         };
         let scale = ScaleSection { mm_per_px: fit.mm_per_px, std_mm_per_px: fit.std_mm_per_px, axis: axis.into() };
         let mut file = CalibrationFile { scale: Some(scale), ..CalibrationFile::default() };
-        write_calibration(&self.output, &mut file, self.force)?;
+        target.write(&mut file, |_| String::new())?;
         print(&fit, axis);
-        outln!("written: {}", self.output.display());
+        outln!("written: {target}");
         Ok(ExitCode::SUCCESS)
     }
 

@@ -1,8 +1,6 @@
 //! V-groove and fillet: the centre is where the lines of the two sides meet.
 
-use nalgebra::Matrix2;
-
-use super::line::{self, Knowledge, Line};
+use super::line::{self, FrameLine, Knowledge, Line};
 use super::ridge::{CrossSection, Search, ridge};
 use super::{HALF_WINDOW_PX, JointFit, JointModel, LEAST_SUPPORT_CORNER, Refusal, columns};
 use crate::frame::GrayFrame;
@@ -64,7 +62,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
             centre: PixelPoint::new(corner_u, v_px),
             left: sides[0],
             right: sides[1],
-            side_covariances: [left.covariance_at(du), right.covariance_at(du)],
+            in_frame: [left.in_frame.moved(du), right.in_frame.moved(du)],
             shown: [left.shown, right.shown],
             support: left.support.min(right.support),
             residual_px: left.residual_px.max(right.residual_px),
@@ -72,13 +70,13 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
             across_variance_px2: row_variance_px2(sides, variances_px2),
             edges: None,
             plates: [None, None],
-            plate_covariances: [None, None],
+            plates_in_frame: [None, None],
         });
     }
     result.map(|fit| {
         let seen = plates(model, frame, &fit, dv_px, &section);
         let plates = seen.map(|plate| plate.map(|(line, _)| line));
-        JointFit { plates, plate_covariances: seen.map(|plate| plate.map(|(_, covariance)| covariance)), ..fit }
+        JointFit { plates, plates_in_frame: seen.map(|plate| plate.map(|(_, in_frame)| in_frame)), ..fit }
     })
 }
 
@@ -96,7 +94,7 @@ fn plates(
     fit: &JointFit,
     dv_px: f64,
     section: &CrossSection,
-) -> [Option<(Line, Matrix2<f64>)>; 2] {
+) -> [Option<(Line, FrameLine)>; 2] {
     let Some(priors) = model.plates else { return [None, None] };
     let (u0_px, scale) = (fit.centre.u_px, model.half_window_px / HALF_WINDOW_PX);
     let plate = |prior: Line, flanks: [Line; 2]| {
@@ -114,10 +112,10 @@ fn plates(
         let middle_px = 0.5 * (first + last);
         let prior = prior.moved(middle_px - u0_px);
         let found = line::fit(&points, middle_px, prior, Knowledge::of_flank(PLATE_PX), PLATE_PX * scale)?;
-        let (plate, covariance) = (found.line.moved(u0_px - middle_px), found.covariance_at(u0_px - middle_px));
+        let (plate, in_frame) = (found.line.moved(u0_px - middle_px), found.in_frame.moved(u0_px - middle_px));
         let (du, _) = flanks[1].meets(plate)?;
         let in_place = (du - shoulder_du).abs() < SHOULDER_SLACK_PX * scale;
-        (found.support > LEAST_SUPPORT_CORNER && in_place).then_some((plate, covariance))
+        (found.support > LEAST_SUPPORT_CORNER && in_place).then_some((plate, in_frame))
     };
     [plate(priors[0], [model.left, fit.left]), plate(priors[1], [model.right, fit.right])]
 }

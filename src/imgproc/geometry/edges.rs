@@ -95,7 +95,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         centre: PixelPoint::new(u_px + du, 0.5 * (at_left.v_px + at_right.v_px)),
         left: at_left,
         right: at_right,
-        side_covariances: [left.covariance_at(du), right.covariance_at(du)],
+        in_frame: [left.in_frame.moved(du), right.in_frame.moved(du)],
         shown: [left.shown, right.shown],
         support: left.support.min(right.support),
         residual_px: left.residual_px.max(right.residual_px),
@@ -108,7 +108,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
             distinct,
         }),
         plates: [None, None],
-        plate_covariances: [None, None],
+        plates_in_frame: [None, None],
     })
 }
 

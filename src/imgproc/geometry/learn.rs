@@ -23,7 +23,8 @@ const INLIER_PX: f64 = 1.8;
 /// where the joint should be \[px\]. Chosen: narrower breaks are speckle.
 const PLAIN_SHARE: f64 = 0.85;
 const PLAIN_BREAK_PX: f64 = 4.0;
-const PLAIN_REACH_PX: f64 = 20.0;
+/// How far from a place a plain stripe is looked for \[px\].
+pub const PLAIN_REACH_PX: f64 = 20.0;
 /// Rows on both sides of that line that are looked at \[px\], and the least correlation with the stripe's cross-section:
 /// glare has bright rows too.
 const PLAIN_BAND_PX: usize = 14;

@@ -105,15 +105,27 @@ pub struct SideFit {
     pub residual_px: f64,
     /// Covariance of row \[px\] and slope at the reference column, slope and curvature as unsure as they are.
     pub covariance: Matrix2<f64>,
+    /// The same side by this frame alone.
+    pub in_frame: FrameLine,
     /// Median amplitude of the good columns near the seam \[grey\].
     pub amplitude: f64,
 }
 
-impl SideFit {
-    /// Covariance of row and slope at the column `du_px` from the reference column.
-    pub fn covariance_at(&self, du_px: f64) -> Matrix2<f64> {
-        let moved = Matrix2::new(1.0, du_px, 0.0, 1.0);
-        moved * self.covariance * moved.transpose()
+/// A line as one frame shows it. Its slope is not remembered from earlier frames, so it does not lag behind a plate that comes
+/// nearer, and its error is its own.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FrameLine {
+    /// The line.
+    pub line: Line,
+    /// Covariance of its row \[px\] and slope at the reference column.
+    pub covariance: Matrix2<f64>,
+}
+
+impl FrameLine {
+    /// The same with the reference column moved by `du_px`.
+    pub(super) fn moved(&self, du_px: f64) -> Self {
+        let by = Matrix2::new(1.0, du_px, 0.0, 1.0);
+        Self { line: self.line.moved(du_px), covariance: by * self.covariance * by.transpose() }
     }
 }
 
@@ -125,6 +137,8 @@ const FIRST_TUKEY_PX: f64 = 3.0;
 const LAST_TUKEY_PX: f64 = 1.2;
 /// Columns that have one error between them: speckle is correlated along the stripe. Measured on rendered stripes.
 const CORRELATED_COLUMNS: f64 = 2.5;
+/// Least of Σψ' as a share of Σw: of normal noise whose σ is half of Tukey's constant. Chosen: beyond it the columns are no line.
+const LEAST_YIELD: f64 = 0.25;
 /// Least SD of a ridge about its line \[px\]: what the sensor's pixels leave of an even stripe. Chosen.
 const LEAST_RESIDUAL_PX: f64 = 0.1;
 /// Least sum of weights before and within the rounds.
@@ -163,6 +177,7 @@ pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, known: Knowledge, rea
         support: total / points.len() as f64,
         residual_px,
         covariance: covariance.fixed_view::<2, 2>(0, 0).into_owned(),
+        in_frame: round.in_frame(prior, known)?,
         amplitude: typical_amplitude(points, u0_px, line, reach_px),
     })
 }
@@ -176,6 +191,9 @@ struct Round {
     moments: Vector3<f64>,
     total: f64,
     squares: f64,
+    /// Sums over the columns of ψ² and of ψ', ψ being what a column pulls with.
+    pulls: f64,
+    yields: f64,
 }
 
 impl Round {
@@ -184,7 +202,9 @@ impl Round {
         for (point, weight) in points.iter().zip(weights) {
             let du = point.u_px - u0_px;
             let off_px = point.v_px - line.at(du);
+            round.yields += weight * tukey_yield(off_px, tukey_px);
             let weight = weight * tukey(off_px, tukey_px);
+            round.pulls += (weight * off_px).powi(2);
             let basis = Vector3::new(1.0, du, 0.5 * du * du);
             round.sums += weight * basis * basis.transpose();
             round.moments += weight * off_px * basis;
@@ -215,6 +235,21 @@ impl Round {
         })
     }
 
+    /// The line by these columns alone, only its curvature remembered. Its covariance is that of an M-estimate, unit σ² =
+    /// Σψ² Σw / (Σψ')² (Huber 1981, section 7.6), since weights that fall with the distance make the scatter look smaller than it is;
+    /// row and slope take two of the columns that are independent.
+    fn in_frame(&self, prior: Line, known: Knowledge) -> Option<FrameLine> {
+        let curvature = Vector2::new(0.0, known.information[(1, 1)]);
+        let alone = Knowledge { information: Matrix2::from_diagonal(&curvature), ..known };
+        let yields = self.yields.max(LEAST_YIELD * self.total);
+        let unit_px2 = (self.pulls * self.total / (yields * yields)).max(LEAST_RESIDUAL_PX.powi(2));
+        let freedom = (self.total / CORRELATED_COLUMNS - 2.0).max(1.0) * CORRELATED_COLUMNS;
+        let unit_px2 = unit_px2 * CORRELATED_COLUMNS * (self.total / freedom).max(1.0);
+        let covariance = unit_px2 * self.normal(alone).try_inverse()?;
+        let line = self.line(prior, alone)?;
+        Some(FrameLine { line, covariance: covariance.fixed_view::<2, 2>(0, 0).into_owned() })
+    }
+
     /// What these columns by themselves tell of slope and curvature, whatever the row.
     fn shown(&self) -> Matrix2<f64> {
         let s = &self.sums;
@@ -226,6 +261,12 @@ impl Round {
 fn tukey(residual_px: f64, constant_px: f64) -> f64 {
     let t = (1.0 - (residual_px / constant_px).powi(2)).max(0.0);
     t * t
+}
+
+/// Derivative of the residual times its [`tukey`] weight.
+fn tukey_yield(residual_px: f64, constant_px: f64) -> f64 {
+    let square = (residual_px / constant_px).powi(2);
+    if square < 1.0 { (1.0 - square) * (1.0 - 5.0 * square) } else { 0.0 }
 }
 
 /// The offset that most columns vote for \[px\].

@@ -16,9 +16,9 @@ mod peaks;
 mod relief;
 mod ridge;
 
-pub use learn::{Learned, is_plain, learn};
-pub use line::{Knowledge, Line};
-pub use relief::{GapShows, gap_shows};
+pub use learn::{Learned, PLAIN_REACH_PX, is_plain, learn};
+pub use line::{FrameLine, Knowledge, Line};
+pub use relief::{GapShows, gap_shows, step_shows};
 
 use std::ops::Range;
 
@@ -102,8 +102,8 @@ pub struct JointFit {
     pub left: Line,
     /// The stripe behind the seam.
     pub right: Line,
-    /// Covariance of row \[px\] and slope of each side's line at the centre's column.
-    pub side_covariances: [Matrix2<f64>; 2],
+    /// Each side by this frame alone, relative to the centre's column.
+    pub in_frame: [FrameLine; 2],
     /// The information that the columns of each side by themselves have on its slope and curvature, as [`Knowledge`] has it.
     pub shown: [Matrix2<f64>; 2],
     /// Share of each side's columns that lie on its line, the lesser of the two, 0 to 1.
@@ -118,8 +118,8 @@ pub struct JointFit {
     pub edges: Option<EdgeQuality>,
     /// The plates beside the shoulders, relative to the centre's column, each where it was seen (V-groove).
     pub plates: [Option<Line>; 2],
-    /// Covariance of their row and slope there.
-    pub plate_covariances: [Option<Matrix2<f64>>; 2],
+    /// The plates by this frame alone.
+    pub plates_in_frame: [Option<FrameLine>; 2],
 }
 
 /// How well two edges explain where the stripe is and where not.

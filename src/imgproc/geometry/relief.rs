@@ -6,7 +6,7 @@
 
 use super::peaks::median;
 use super::ridge::{CrossSection, RidgePoint, Search, ridge};
-use super::{JointFit, Line};
+use super::{EdgeQuality, JointFit, Line};
 use crate::frame::GrayFrame;
 
 /// What a gap shows.
@@ -14,12 +14,17 @@ use crate::frame::GrayFrame;
 pub enum GapShows {
     /// Relief: a bottom off the plates' lines, or edges that are bent.
     Relief,
+    /// The same, but the stripe goes through it unbroken: a small groove, a weld's toe, a scratch, something on the plate.
+    Dip,
     /// The stripe goes on through it on the plates' lines, only darker: a mark.
     Plate,
     /// The stripe goes on through it as bright as beside it, a little off the plates' lines: something lies on the plate.
     Bump,
     /// The stripe goes down into it and comes up again: a groove between its shoulders.
     Groove,
+    /// The stripe leaves a plate's line unbroken near an edge: a groove's flank of which the rest is hidden, or the side of what
+    /// lies on the plate.
+    Flank,
     /// Nothing that would tell one from the other.
     Nothing,
 }
@@ -55,6 +60,26 @@ const HIGHEST_BUMP_SDS: f64 = 6.0;
 const LEAST_GROOVE_PX: f64 = 16.0;
 const LEAST_GROOVE_SDS: f64 = 3.0;
 const FLANKS_SHARE: f64 = 0.75;
+/// A flank begins on a plate beside an edge and takes the stripe unbroken at least so far off its line, in SDs of the stripe, in at
+/// least so many columns. Chosen: rounded edges droop by two SDs.
+const LEAST_FLANK_SDS: f64 = 3.0;
+const LEAST_FLANK_PX: usize = 3;
+/// From one column to the next it goes no farther than this \[px\], and speckle hides no more than so many \[px\].
+const STEEPEST_STEP_PX: f64 = 3.0;
+const FLANK_BREAK_PX: f64 = 3.5;
+/// An unbroken stripe is seen in this share of a gap's columns; narrower gaps may be blurred together \[px\]. Chosen.
+const UNBROKEN_SHARE: f64 = 0.85;
+const LEAST_DIP_PX: f64 = 6.0;
+/// A plate that goes on past its edge is seen on its line in this share of the columns there \[px\], as bright as this share of it;
+/// how far off its line it is looked for, in SDs of the stripe. An edge is blurred over some 3 px.
+const PAST_PX: std::ops::Range<f64> = 4.0..16.0;
+const PAST_SHARE: f64 = 0.6;
+const PAST_BRIGHTNESS: f64 = 0.4;
+const PAST_BAND_SDS: f64 = 3.0;
+/// By how much the plates of a step may overlap, in SDs of the stripe: beyond it, two stripes run beside one another. Chosen.
+const WIDEST_OVERLAP_SDS: f64 = 2.5;
+/// The edges of a step are farther apart than this where something dark lies beside it \[px\]. Chosen.
+const LEAST_DIM_PX: f64 = 8.0;
 /// Share of a gap's columns that decide.
 const DECISIVE_SHARE: f64 = 0.5;
 /// Mean distance of the columns next to an edge from their line that makes it bent, in SDs of the stripe. Chosen: three times
@@ -65,6 +90,66 @@ const BENT_SDS: f64 = 0.4;
 #[must_use]
 pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapShows {
     let Some(edges) = fit.edges else { return GapShows::Relief };
+    match inside(frame, fit, edges, stripe_sd_px) {
+        GapShows::Relief if is_unbroken(frame, fit, edges, stripe_sd_px) => GapShows::Dip,
+        shows => shows,
+    }
+}
+
+/// Looks at the step of `fit` between two plates: nothing speaks against it (relief), a plate goes on dark to the other's edge or both
+/// overlap (plate), or one goes on bright past its own edge (nothing that would tell).
+#[must_use]
+pub fn step_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapShows {
+    let Some(edges) = fit.edges else { return GapShows::Relief };
+    if edges.gap_px < -WIDEST_OVERLAP_SDS * stripe_sd_px {
+        return GapShows::Plate;
+    }
+    let half_px = 0.5 * edges.gap_px;
+    let section = CrossSection::new(stripe_sd_px);
+    let search =
+        Search { half_band_px: (PAST_BAND_SDS * stripe_sd_px).ceil() as usize, prior_sd_px: f64::from(u16::MAX) };
+    for (line, edge_px, inwards) in [(fit.left, -half_px, 1.0), (fit.right, half_px, -1.0)] {
+        let along = |from: f64, to: f64| {
+            let ends = [edge_px + inwards * from, edge_px + inwards * to];
+            ridge_between(frame, fit, line, (ends[0].min(ends[1]), ends[0].max(ends[1])), &section, search)
+        };
+        let mut beside: Vec<f64> = along(-BESIDE_PX, -EDGE_PX).iter().map(|p| p.amplitude).collect();
+        let Some(amplitude) = median(&mut beside) else { continue };
+        let goes_on = |from: f64, to: f64, share: f64| {
+            let points = along(from, to);
+            let off_px = |p: &RidgePoint| (p.v_px - line.at(p.u_px - fit.centre.u_px)).abs();
+            let lit = |p: &&RidgePoint| {
+                p.quality > LEAST_QUALITY && p.amplitude > share * amplitude && off_px(p) < ON_LINE_SDS * stripe_sd_px
+            };
+            !points.is_empty() && points.iter().filter(lit).count() as f64 >= PAST_SHARE * points.len() as f64
+        };
+        if edges.gap_px >= LEAST_DIM_PX && goes_on(EDGE_PX, edges.gap_px - EDGE_PX, LEAST_SHARE) {
+            return GapShows::Plate;
+        }
+        let ends = (edge_px - inwards * BESIDE_PX, edge_px + inwards * PAST_PX.end);
+        if goes_on(PAST_PX.start, PAST_PX.end, PAST_BRIGHTNESS)
+            || flank_columns(frame, fit, line, ends, amplitude, stripe_sd_px) >= LEAST_FLANK_PX
+        {
+            return GapShows::Nothing;
+        }
+    }
+    GapShows::Relief
+}
+
+/// Whether the stripe goes on through the gap without a jump.
+fn is_unbroken(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f64) -> bool {
+    let reach_px = 0.5 * edges.gap_px + BENT_PX;
+    let middle = Line::straight(0.5 * (fit.left.v_px + fit.right.v_px), 0.5 * (fit.left.slope + fit.right.slope));
+    let points = near(frame, fit, middle, (-reach_px, reach_px), &CrossSection::new(stripe_sd_px));
+    let seen: Vec<&RidgePoint> = points.iter().filter(|p| p.quality > LEAST_QUALITY).collect();
+    edges.gap_px >= LEAST_DIP_PX
+        && seen.len() as f64 >= UNBROKEN_SHARE * points.len() as f64
+        && seen
+            .windows(2)
+            .all(|pair| (pair[1].v_px - pair[0].v_px).abs() <= STEEPEST_STEP_PX * (pair[1].u_px - pair[0].u_px))
+}
+
+fn inside(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f64) -> GapShows {
     let half_px = 0.5 * edges.gap_px;
     let section = CrossSection::new(stripe_sd_px);
     let plates =
@@ -77,6 +162,15 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
         let off: Vec<f64> = next.map(|p| p.v_px - line.at(p.u_px - fit.centre.u_px)).collect();
         off.len() as f64 > 0.5 * BENT_PX && (off.iter().sum::<f64>() / off.len() as f64).abs() > BENT_SDS * stripe_sd_px
     };
+    let flank_px = |line: Line, edge_px: f64, inwards: f64| {
+        let ends = (edge_px - inwards * BESIDE_PX, edge_px + inwards * half_px);
+        flank_columns(frame, fit, line, ends, amplitude, stripe_sd_px)
+    };
+    let flanks_px = [flank_px(fit.left, -half_px, 1.0), flank_px(fit.right, half_px, -1.0)];
+    // With two it is a small groove all of which is seen.
+    if flanks_px.contains(&0) && flanks_px.iter().any(|&columns| columns >= LEAST_FLANK_PX) {
+        return GapShows::Flank;
+    }
     if is_bent(&beside[0], fit.left) && is_bent(&beside[1], fit.right) {
         return GapShows::Relief;
     }
@@ -123,6 +217,41 @@ pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSho
     }
 }
 
+/// Columns in which the stripe, unbroken, is off the plate's `line` between two places, given from the plate to the joint \[px from the
+/// centre\].
+fn flank_columns(
+    frame: &GrayFrame,
+    fit: &JointFit,
+    line: Line,
+    (first, end): (f64, f64),
+    amplitude: f64,
+    stripe_sd_px: f64,
+) -> usize {
+    let seen = near(frame, fit, line, (first.min(end), first.max(end)), &CrossSection::new(stripe_sd_px));
+    let lit = seen.iter().filter(|p| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude);
+    let off = |p: &RidgePoint| {
+        let du_px = p.u_px - fit.centre.u_px;
+        ((du_px - first).abs(), p.v_px - line.at(du_px))
+    };
+    let mut from_plate: Vec<(f64, f64)> = lit.map(off).collect();
+    from_plate.sort_by(|a, b| a.0.total_cmp(&b.0));
+    columns_off(&from_plate, stripe_sd_px)
+}
+
+/// Columns far off a plate's line until the stripe breaks, given in order by their distance from the first one and from that line.
+fn columns_off(columns: &[(f64, f64)], stripe_sd_px: f64) -> usize {
+    let mut last = (0.0, 0.0);
+    let mut far = 0;
+    for &(along, off) in columns {
+        if along - last.0 > FLANK_BREAK_PX || (off - last.1).abs() > STEEPEST_STEP_PX * (along - last.0).max(1.0) {
+            break;
+        }
+        last = (along, off);
+        far += usize::from(off.abs() >= LEAST_FLANK_SDS * stripe_sd_px);
+    }
+    far
+}
+
 /// Whether enough of `columns` lie side by side, none of them next to an edge `half_px` away.
 fn has_island(columns: &[f64], half_px: f64) -> bool {
     let mut run = 0;
@@ -140,12 +269,24 @@ fn near(
     frame: &GrayFrame,
     fit: &JointFit,
     line: Line,
+    between_px: (f64, f64),
+    section: &CrossSection,
+) -> Vec<RidgePoint> {
+    let search = Search { half_band_px: REACH_PX, prior_sd_px: f64::from(u16::MAX) };
+    ridge_between(frame, fit, line, between_px, section, search)
+}
+
+/// The ridge along `line` in the columns from `from` to `to` of the centre \[px\], as far as they are in the picture.
+fn ridge_between(
+    frame: &GrayFrame,
+    fit: &JointFit,
+    line: Line,
     (from, to): (f64, f64),
     section: &CrossSection,
+    search: Search,
 ) -> Vec<RidgePoint> {
     let first = (fit.centre.u_px + from).ceil().max(0.0) as usize;
     let end = ((fit.centre.u_px + to).floor().max(-1.0) + 1.0).min(frame.width_px() as f64) as usize;
-    let search = Search { half_band_px: REACH_PX, prior_sd_px: f64::from(u16::MAX) };
     ridge(frame, first..end.max(first), |u| line.at(u - fit.centre.u_px), section, search)
 }
 
@@ -206,6 +347,17 @@ mod tests {
     }
 
     #[test]
+    fn a_stripe_that_goes_on_through_an_edge_is_a_flank_and_no_gap() {
+        let gap = drawn(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 });
+        let model = learn(&gap, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Butt).unwrap().model;
+        let fit = model.fit(&gap, 160.0, 0.0, 12.0).unwrap();
+        let flank = |u: f64| STRIPE_ROW + 1.6 * (u - 153.0).clamp(0.0, 14.0);
+        let half_hidden = |u: f64| if in_gap(u) && u > 161.0 { 0.0 } else { 200.0 };
+        let row = |u: f64| if u > 167.0 { STRIPE_ROW } else { flank(u) };
+        assert_eq!(gap_shows(&drawn(row, half_hidden), &fit, model.stripe_sd_px), GapShows::Flank);
+    }
+
+    #[test]
     fn what_lies_on_the_plate_is_a_bump_and_plate_between_two_marks_an_island() {
         // The place of a gap is known; what is there is another thing.
         let gap = drawn(|_| STRIPE_ROW, |u| if in_gap(u) { 0.0 } else { 200.0 });
@@ -216,6 +368,29 @@ mod tests {
         assert_eq!(seen(&drawn(row, |_| 200.0)), GapShows::Bump);
         let island = |u: f64| if in_gap(u) && (u - 160.0).abs() > 2.6 { 0.0 } else { 200.0 };
         assert_eq!(seen(&drawn(|_| STRIPE_ROW, island)), GapShows::Plate);
+    }
+
+    /// What is shown, with `grey(u)` on its plates, by a step of 24 px in the middle of a picture, fitted where they are `fitted(u)`.
+    fn step(fitted: impl Fn(f64) -> f64, grey: impl Fn(f64) -> f64) -> GapShows {
+        let row = |u: f64| if u < 160.0 { STRIPE_ROW } else { STRIPE_ROW + 24.0 };
+        let frame = drawn(row, fitted);
+        let model = learn(&frame, PixelPoint::new(160.0, STRIPE_ROW), JointKind::Lap).unwrap().model;
+        let fit = model.fit(&frame, 160.0, 0.0, 12.0).unwrap();
+        step_shows(&drawn(row, grey), &fit, model.stripe_sd_px)
+    }
+
+    #[test]
+    fn a_step_between_two_plates_is_relief_with_a_shadow_beside_it_too() {
+        let shadow = |u: f64| if (160.0..172.0).contains(&u) { 0.0 } else { 200.0 };
+        assert_eq!(step(|_| 200.0, |_| 200.0), GapShows::Relief);
+        assert_eq!(step(shadow, shadow), GapShows::Relief);
+    }
+
+    #[test]
+    fn a_step_beside_which_a_plate_is_only_dark_shows_the_plate() {
+        let black = |u: f64| if (160.0..176.0).contains(&u) { 0.0 } else { 200.0 };
+        let dark = |u: f64| if (160.0..176.0).contains(&u) { 40.0 } else { 200.0 };
+        assert_eq!(step(black, dark), GapShows::Plate);
     }
 
     #[test]

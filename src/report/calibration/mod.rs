@@ -3,12 +3,8 @@
 
 mod drawing;
 
-use std::io::Write;
-use std::path::Path;
-
 use maud::{DOCTYPE, Markup, PreEscaped, html};
 
-use super::atomic::{ResultsError, write_atomically};
 use super::head::{WITHOUT_SCRIPT, head};
 use crate::calib::camera::CameraFit;
 use crate::calib::error::GOOD_VIEWS;
@@ -32,19 +28,12 @@ pub fn camera_map(fit: &CameraFit) -> Option<UncertaintyMap> {
     let extent = |values: &mut dyn Iterator<Item = f64>| values.fold(none, |[a, b], x| [a.min(x), b.max(x)]);
     let corners = || fit.views.iter().flat_map(|view| &view.sighting.corners);
     let seen = [extent(&mut corners().map(|c| c.x)), extent(&mut corners().map(|c| c.y))];
-    uncertainty_map(&fit.intrinsics, &fit.draws, fit.size_px, extent(&mut depths()), seen)
+    uncertainty_map(&fit.intrinsics, &fit.replicates, fit.size_px, extent(&mut depths()), seen)
 }
 
-/// Writes the page of a camera.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_camera_page(
-    path: &Path,
-    input: &str,
-    file: &CalibrationFile,
-    fit: &CameraFit,
-) -> Result<(), ResultsError> {
+/// The page of a camera.
+#[must_use]
+pub fn camera_page(input: &str, file: &CalibrationFile, fit: &CameraFit) -> String {
     let map = camera_map(fit);
     let body = html! {
         (headline("calibrate camera", input, &fit.advice, &fit.left_out, &format!(
@@ -59,7 +48,7 @@ pub fn write_camera_page(
                 figure {
                     h2 { "How sure a projection is" }
                     (PreEscaped(drawing::uncertainty(map, fit.size_px)))
-                    figcaption { "One σ in pixels, from a bootstrap over poses, with the rigid motion taken off. Dark: no board came there." }
+                    figcaption { "One σ in pixels, by leaving out one pose after another, with the rigid motion taken off. Dark: no board came there." }
                 }
             }
         }
@@ -83,18 +72,16 @@ pub fn write_camera_page(
         section {
             h2 { "Camera" }
             (parameters(&fit.intrinsics.to_array(), &std::array::from_fn::<f64, 9, _>(|i| fit.covariance[(i, i)].max(0.0).sqrt()), &fit.formal_sigma))
-            p.note { "σ: from the draws of whole poses. Formal: as if all corners were independent; on real boards it is far too small." }
+            p.note { "σ: by leaving out one pose after another. Formal: as if all corners were independent; on real boards it is far too small." }
         }
         (foot(file))
     };
-    write_page(path, &format!("{input} – camera – seamtrack"), &body)
+    page(&format!("{input} – camera – seamtrack"), &body)
 }
 
-/// Writes the page of a laser plane.
-///
-/// # Errors
-/// When the file cannot be written.
-pub fn write_laser_page(path: &Path, input: &str, file: &CalibrationFile, fit: &LaserFit) -> Result<(), ResultsError> {
+/// The page of a laser plane.
+#[must_use]
+pub fn laser_page(input: &str, file: &CalibrationFile, fit: &LaserFit) -> String {
     let n = fit.sensor.plane().normal();
     let body = html! {
         (headline("calibrate laser", input, &fit.advice, &fit.left_out, &format!(
@@ -146,7 +133,7 @@ pub fn write_laser_page(path: &Path, input: &str, file: &CalibrationFile, fit: &
         }
         (foot(file))
     };
-    write_page(path, &format!("{input} – laser plane – seamtrack"), &body)
+    page(&format!("{input} – laser plane – seamtrack"), &body)
 }
 
 /// σ and scale at heights over the calibrated range.
@@ -212,7 +199,7 @@ fn foot(file: &CalibrationFile) -> Markup {
     }
 }
 
-fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsError> {
+fn page(title: &str, body: &Markup) -> String {
     let page = html! {
         (DOCTYPE)
         html lang="en" {
@@ -220,5 +207,5 @@ fn write_page(path: &Path, title: &str, body: &Markup) -> Result<(), ResultsErro
             body { (body) }
         }
     };
-    write_atomically(path, |file| file.write_all(page.into_string().as_bytes()))
+    page.into_string()
 }

@@ -13,5 +13,5 @@ pub use results::{PoolRow, read_pool_csv, write_pool_csv};
 pub use summary::{
     PoolCalibration, PoolErrors, PoolInput, PoolSummary, SENSOR, is_pool_summary, read_pool_summary, write_pool_summary,
 };
-pub use truth::read_true_widths;
+pub use truth::parse_true_values;
 pub use verdict::{PoolVerdict, pool_verdict};

@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use super::summary::PoolSummary;
-use crate::eval::read_truth;
+use crate::eval::parse_truth;
+use crate::meltpool::Measure;
 use crate::report::atomic::ResultsError;
 use crate::report::truth::FILE_NAME;
 use crate::units::{StripeAxis, Travel};
@@ -20,15 +21,11 @@ pub(super) fn truth_beside(
         return Ok(None);
     }
     let setting = |key: &str| summary.config.get(key).cloned().unwrap_or_default();
-    let rows: Vec<(usize, Option<f64>)> = if setting("measure") == "width" {
-        read_true_widths(&path)?
-    } else {
-        let travel: Travel = serde_json::from_value(setting("travel")).unwrap_or_default();
-        let axis = if travel.is_along_columns() { StripeAxis::Horizontal } else { StripeAxis::Vertical };
-        read_truth(&path)?.iter().map(|row| (row.frame, row.along_px(axis))).collect()
-    };
+    let measure = if setting("measure") == "width" { Measure::Width } else { Measure::Tip };
+    let travel: Travel = serde_json::from_value(setting("travel")).unwrap_or_default();
+    let content = std::fs::read(&path).map_err(|source| ResultsError::Read { path: path.clone(), source })?;
     let mut truth_px = vec![None; frames];
-    for (frame, px) in rows {
+    for (frame, px) in parse_true_values(&content, &path, measure, travel)? {
         if let Some(place) = truth_px.get_mut(frame) {
             *place = px;
         }
@@ -36,14 +33,29 @@ pub(super) fn truth_beside(
     Ok(Some(truth_px))
 }
 
-/// Frame and true width \[px\] of each line of a truth file with the columns `frame` and `width_px`; none where the pool
-/// cannot be seen.
+/// Frame and true value \[px\] of each line of what a truth file holds: the tip's coordinate across the travel, or the width.
 ///
 /// # Errors
-/// When the file cannot be read, lacks a column, or holds what is no number.
-pub fn read_true_widths(path: &Path) -> Result<Vec<(usize, Option<f64>)>, ResultsError> {
-    let file = std::fs::File::open(path).map_err(|source| ResultsError::Read { path: path.to_owned(), source })?;
-    let mut reader = csv::Reader::from_reader(std::io::BufReader::new(file));
+/// When it lacks a column, or holds what is no number; `path` names it.
+pub fn parse_true_values(
+    content: &[u8],
+    path: &Path,
+    measure: Measure,
+    travel: Travel,
+) -> Result<Vec<(usize, Option<f64>)>, ResultsError> {
+    match measure {
+        Measure::Width => true_widths(content, path),
+        Measure::Tip => {
+            let axis = if travel.is_along_columns() { StripeAxis::Horizontal } else { StripeAxis::Vertical };
+            Ok(parse_truth(content, path)?.iter().map(|row| (row.frame, row.along_px(axis))).collect())
+        }
+    }
+}
+
+/// Frame and true width \[px\] of each line of a truth file with the columns `frame` and `width_px`; none where the pool
+/// cannot be seen.
+fn true_widths(content: &[u8], path: &Path) -> Result<Vec<(usize, Option<f64>)>, ResultsError> {
+    let mut reader = csv::Reader::from_reader(content);
     let headers = reader.headers().map_err(|error| ResultsError::content(path, error))?.clone();
     let column = |name: &str| {
         let missing = || ResultsError::content(path, format!("the first line names no column {name}: add it"));

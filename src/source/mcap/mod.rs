@@ -1,35 +1,35 @@
 //! Pictures in an MCAP log: `sensor_msgs/Image` and `CompressedImage` of ROS 1 and 2, `foxglove.RawImage` and
 //! `CompressedImage` in Protobuf, JSON or ROS encoding (<https://mcap.dev/spec/registry>). Stamps are the log's.
 
+mod extent;
+mod messages;
 mod picture;
 mod wire;
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::BufReader;
+use std::io;
 use std::path::Path;
 
-use mcap::io::MessageReader;
-use mcap::sans_io::LinearReaderOptions;
-use mcap::{McapError, Message};
-
+use self::messages::{Log, LogError, Message, Messages};
 use super::gray::{Decoded, DecodedSource, SixteenBitScale, file_name, scale_frames};
 use super::{FrameError, FrameSource, Period, SourceError, SourceFrame};
 
-/// Longest record that is read \[bytes\]: a log may claim any length, and memory is taken before its content is there. Chosen:
-/// a picture of 16,000 × 16,000 pixels.
-const LONGEST_RECORD: usize = 1 << 28;
-
 /// The pictures of one topic, in the order of the log.
 pub struct Mcap {
-    name: String,
-    topic: String,
-    messages: MessageReader<BufReader<File>>,
+    pictures: Pictures,
+    messages: Messages,
     next: usize,
-    count: usize,
-    first_ns: u64,
     last_s: f64,
     ended: bool,
+}
+
+/// What is known of them once the log was looked through.
+#[derive(Clone)]
+struct Pictures {
+    log: Log,
+    topic: String,
+    count: usize,
+    first_ns: u64,
     scale: Option<SixteenBitScale>,
     period_s: f64,
     notes: Vec<String>,
@@ -40,9 +40,11 @@ impl Mcap {
     /// scale of 16-bit ones.
     pub fn open(path: &Path, period: Period) -> Result<Self, SourceError> {
         let wrong = |problem: String| SourceError::Frames { path: path.to_owned(), problem };
+        let failed = |source| SourceError::Open { path: path.to_owned(), source };
+        let log = Log::open(path).map_err(failed)?;
         let mut stamps: BTreeMap<String, Vec<u64>> = BTreeMap::new();
-        let mut broken: Option<McapError> = None;
-        for message in messages(path)? {
+        let mut broken: Option<LogError> = None;
+        for message in log.messages().map_err(failed)? {
             match message {
                 Ok(message) if is_picture(&message) => {
                     stamps.entry(message.channel.topic.clone()).or_default().push(message.log_time);
@@ -74,50 +76,35 @@ impl Mcap {
         let first_ns = of_topic.iter().copied().min().unwrap_or(0);
         let sample: Vec<usize> = scale_frames(of_topic.len()).collect();
         let name = file_name(path);
-        let pictures = messages(path)?.filter_map(Result::ok).filter(|message| is_from(message, &topic));
+        let pictures =
+            log.messages().map_err(failed)?.filter_map(Result::ok).filter(|message| is_from(message, &topic));
         let sampled = pictures.enumerate().filter(|(number, _)| sample.binary_search(number).is_ok());
         let scale = SixteenBitScale::of_frames(sampled.filter_map(|(_, message)| decode(&message, &name).ok()));
         let period_s = match period {
             Period::OwnOr(default_s) => median_step_s(&of_topic).unwrap_or(default_s),
             Period::Given(period_s) => period_s,
         };
-        Ok(Self {
-            messages: messages(path)?,
-            name,
-            topic,
-            next: 0,
-            count: of_topic.len(),
-            first_ns,
-            last_s: 0.0,
-            ended: false,
-            scale,
-            period_s,
-            notes,
-        })
+        Self::of(Pictures { log, topic, count: of_topic.len(), first_ns, scale, period_s, notes }).map_err(failed)
+    }
+
+    fn of(pictures: Pictures) -> io::Result<Self> {
+        Ok(Self { messages: pictures.log.messages()?, pictures, next: 0, last_s: 0.0, ended: false })
     }
 }
 
-fn messages(path: &Path) -> Result<MessageReader<BufReader<File>>, SourceError> {
-    let file = File::open(path).map_err(|source| SourceError::Open { path: path.to_owned(), source })?;
-    let options = LinearReaderOptions::default().with_record_length_limit(LONGEST_RECORD);
-    Ok(MessageReader::new_with_options(BufReader::new(file), options))
+fn is_picture(message: &Message) -> bool {
+    message.channel.schema.as_deref().is_some_and(|schema| wire::Kind::of(schema).is_some())
 }
 
-fn is_picture(message: &Message<'_>) -> bool {
-    message.channel.schema.as_ref().is_some_and(|schema| wire::Kind::of(&schema.name).is_some())
-}
-
-fn is_from(message: &Message<'_>, topic: &str) -> bool {
+fn is_from(message: &Message, topic: &str) -> bool {
     message.channel.topic == topic && is_picture(message)
 }
 
-fn decode(message: &Message<'_>, file: &str) -> Result<Decoded, FrameError> {
-    let kind = message.channel.schema.as_ref().and_then(|schema| wire::Kind::of(&schema.name));
-    let failed =
-        |source: Box<dyn std::error::Error + Send + Sync>| FrameError::Decode { file: file.to_owned(), source };
-    let Some(kind) = kind else { return Err(failed("its schema is unknown".into())) };
-    let read = wire::read(kind, &message.channel.message_encoding, &message.data);
-    picture::decode(read.map_err(|error| failed(Box::new(error)))?, file)
+fn decode(message: &Message, file: &str) -> Result<Decoded, FrameError> {
+    let kind = message.channel.schema.as_deref().and_then(wire::Kind::of);
+    let kind = kind.ok_or_else(|| FrameError::decode(file, "its schema is unknown"))?;
+    let read = wire::read(kind, &message.channel.encoding, &message.data);
+    picture::decode(read.map_err(|error| FrameError::decode(file, error))?, file)
 }
 
 /// The median time from picture to picture \[s\], if it is above zero.
@@ -129,11 +116,10 @@ fn median_step_s(stamps_ns: &[u64]) -> Option<f64> {
 
 impl Mcap {
     /// The next message of the topic, or the error that ends the log.
-    fn next_message(&mut self) -> Option<Result<Message<'static>, McapError>> {
-        let topic = &self.topic;
-        let is_wanted = |message: &Result<Message<'static>, McapError>| {
-            message.as_ref().map_or(true, |message| is_from(message, topic))
-        };
+    fn next_message(&mut self) -> Option<Result<Message, LogError>> {
+        let topic = &self.pictures.topic;
+        let is_wanted =
+            |message: &Result<Message, LogError>| message.as_ref().map_or(true, |message| is_from(message, topic));
         self.messages.find(is_wanted)
     }
 }
@@ -143,35 +129,41 @@ impl DecodedSource for Mcap {
         if self.ended {
             return None;
         }
-        let file = format!("{}[{}]", self.name, self.next);
+        let file = format!("{}[{}]", file_name(&self.pictures.log.path), self.next);
         let message = self.next_message()?;
         self.next += 1;
         let (time_s, picture) = match message {
             Ok(message) => {
-                self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9;
+                self.last_s = message.log_time.saturating_sub(self.pictures.first_ns) as f64 * 1e-9;
                 (self.last_s, decode(&message, &file))
             }
             Err(error) => {
                 // What was behind it nobody knows; one frame stands for it.
                 self.ended = true;
-                let picture = Err(FrameError::Decode { file: file.clone(), source: Box::new(error) });
-                (self.last_s + self.period_s, picture)
+                (self.last_s + self.pictures.period_s, Err(FrameError::decode(&file, error)))
             }
         };
         Some(SourceFrame { file, time_s, picture })
+    }
+
+    fn rewound(&self) -> Result<Self, SourceError> {
+        let failed = |source| SourceError::Open { path: self.pictures.log.path.clone(), source };
+        Self::of(self.pictures.clone()).map_err(failed)
     }
 }
 
 impl FrameSource for Mcap {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let scale = self.scale;
+        let scale = self.pictures.scale;
         self.next_decoded().map(|frame| frame.in_gray(scale))
     }
 
     fn skip(&mut self, frames: usize) {
         for _ in 0..frames {
             match self.next_message() {
-                Some(Ok(message)) => self.last_s = message.log_time.saturating_sub(self.first_ns) as f64 * 1e-9,
+                Some(Ok(message)) => {
+                    self.last_s = message.log_time.saturating_sub(self.pictures.first_ns) as f64 * 1e-9
+                }
                 Some(Err(_)) => self.ended = true,
                 None => break,
             }
@@ -180,7 +172,7 @@ impl FrameSource for Mcap {
     }
 
     fn frame_count(&self) -> Option<usize> {
-        Some(self.count)
+        Some(self.pictures.count)
     }
 
     fn kind(&self) -> &'static str {
@@ -188,14 +180,18 @@ impl FrameSource for Mcap {
     }
 
     fn period_s(&self) -> f64 {
-        self.period_s
+        self.pictures.period_s
     }
 
     fn notes(&self) -> &[String] {
-        &self.notes
+        &self.pictures.notes
     }
 
     fn sixteen_bit_scale(&self) -> Option<SixteenBitScale> {
-        self.scale
+        self.pictures.scale
+    }
+
+    fn again(&self) -> Result<Box<dyn FrameSource>, SourceError> {
+        Ok(Box::new(self.rewound()?))
     }
 }

@@ -11,7 +11,7 @@ use crate::source::gray::{Decoded, check_size, decode_image};
 
 /// Decodes a picture: raw pixels, or a compressed file where no layout is named.
 pub fn decode(picture: Picture, file: &str) -> Result<Decoded, FrameError> {
-    let failed = |problem: String| FrameError::Decode { file: file.to_owned(), source: problem.into() };
+    let failed = |problem: String| FrameError::decode(file, problem);
     if picture.encoding.is_empty() {
         let reader = ImageReader::new(Cursor::new(picture.data)).with_guessed_format();
         return decode_image(reader.map_err(|error| failed(error.to_string()))?, file);
@@ -35,21 +35,23 @@ pub fn decode(picture: Picture, file: &str) -> Result<Decoded, FrameError> {
     if row == 0 || height_px == 0 || step < row || picture.data.len() < needed {
         return Err(failed(format!("its {} bytes are not {width_px} x {height_px} pixels", picture.data.len())));
     }
-    let pixels: Vec<u8> = picture.data.chunks(step).take(height_px).flat_map(|line| &line[..row]).copied().collect();
+    let pixels = picture.data.chunks(step).take(height_px).flat_map(|line| line[..row].chunks_exact(bytes_a_pixel));
     let none = || failed("it has no pixel".into());
     match bytes_a_pixel {
-        1 => GrayFrame::new(width_px, height_px, pixels).map(Decoded::Gray8).map_err(|error| failed(error.to_string())),
+        1 => GrayFrame::new(width_px, height_px, pixels.flatten().copied().collect())
+            .map(Decoded::Gray8)
+            .map_err(|error| failed(error.to_string())),
         2 => {
             let grey = |pair: &[u8]| match picture.is_big_endian {
                 true => u16::from_be_bytes([pair[0], pair[1]]),
                 false => u16::from_le_bytes([pair[0], pair[1]]),
             };
-            Ok(Decoded::Gray16 { width_px, height_px, pixels: pixels.chunks_exact(2).map(grey).collect() })
+            Ok(Decoded::Gray16 { width_px, height_px, pixels: pixels.map(grey).collect() })
         }
-        channels => {
+        _ => {
             let is_red_first = picture.encoding.starts_with("rgb");
             let rgb = |p: &[u8]| if is_red_first { [p[0], p[1], p[2]] } else { [p[2], p[1], p[0]] };
-            let pixels = pixels.chunks_exact(channels).flat_map(rgb).collect();
+            let pixels = pixels.flat_map(rgb).collect();
             let image = RgbImage::from_raw(picture.width_px, picture.height_px, pixels).ok_or_else(none)?;
             Decoded::from_image(DynamicImage::ImageRgb8(image)).ok_or_else(none)
         }

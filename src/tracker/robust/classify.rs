@@ -1,7 +1,7 @@
 //! The kind of a joint from its fitted cross-section.
 
 use super::seed::Seed;
-use crate::imgproc::geometry::JointKind;
+use crate::imgproc::geometry::{JointKind, Line};
 
 /// A step this high between the plates makes a lap joint \[px\]. Chosen: plates of a butt joint are set level to within
 /// a fraction of their thickness; a lap joint's step is the thickness.
@@ -14,6 +14,10 @@ const LEAST_BEND: f64 = 0.3;
 /// look like flanks, but are hardly deeper than the stripe is wide.
 const LEAST_GROOVE_SDS: f64 = 4.0;
 
+/// How much the plates beside a groove may bend against one another, in shares of its flanks' bend. Chosen: those of a pipe of
+/// R = 320 px by a third.
+const LEVEL_SHARE: f64 = 0.5;
+
 /// The height of the right plate over the left one at the seam \[px\]; v grows downwards.
 pub fn step_px(seed: &Seed) -> f64 {
     seed.fit.right.v_px - seed.fit.left.v_px
@@ -22,6 +26,11 @@ pub fn step_px(seed: &Seed) -> f64 {
 /// The difference of the two sides' slopes.
 pub fn bend(seed: &Seed) -> f64 {
     seed.fit.left.slope - seed.fit.right.slope
+}
+
+/// Whether the ends of a step's plates are farther apart along the stripe than the step is high: more than a shadow hides.
+pub fn is_open_lap(seed: &Seed) -> bool {
+    seed.model.kind == JointKind::Lap && seed.gap_px() > step_px(seed).abs()
 }
 
 /// The kind that a fit with edges stands for.
@@ -34,10 +43,15 @@ pub fn is_corner(seed: &Seed) -> bool {
     bend(seed).abs() >= LEAST_BEND
 }
 
-/// Whether a corner lies between shoulders, and deep enough for a groove.
+/// Whether a corner lies between shoulders, and deep enough for a groove. Beyond the shoulders the stripe goes on nearly as it
+/// would without the groove; where the plates bend as much as the flanks, the "groove" is a stretch of an arc, or what lies between
+/// two grooves.
 pub fn is_groove(seed: &Seed) -> bool {
     let depth_px = seed.model.half_width_px.map(|half_px| 0.5 * bend(seed).abs() * half_px);
-    is_corner(seed) && depth_px.is_some_and(|depth_px| depth_px >= LEAST_GROOVE_SDS * seed.model.stripe_sd_px)
+    let are_level = |[left, right]: [Line; 2]| (left.slope - right.slope).abs() < LEVEL_SHARE * bend(seed).abs();
+    is_corner(seed)
+        && depth_px.is_some_and(|depth_px| depth_px >= LEAST_GROOVE_SDS * seed.model.stripe_sd_px)
+        && seed.model.plates.is_none_or(are_level)
 }
 
 /// Why it is of this kind, in one sentence.

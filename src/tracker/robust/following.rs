@@ -13,7 +13,7 @@ use super::seed::Seed;
 use super::sighting::{Sighting, Unsighted};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{JointFit, JointKind, Refusal};
+use crate::imgproc::geometry::{JointFit, JointKind, PLAIN_REACH_PX, Refusal};
 use crate::kcf::Kcf;
 use crate::tracker::TrackerError;
 use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate, Status};
@@ -310,7 +310,9 @@ impl Following {
                 evidence,
             });
         };
-        if eye.sees_plain_stripe(frame, self.seam().centre) {
+        // Only where the seam must be does a plain stripe say that it has ended.
+        let is_sure = 2.0 * self.judge.position().1.sqrt() <= PLAIN_REACH_PX;
+        if is_sure && eye.sees_plain_stripe(frame, self.seam().centre) {
             self.plain_beats += beats;
             return Ok(Outcome::Unsighted { why: Observation::SightingRefused(Refusal::Plain), nis: None, evidence });
         }

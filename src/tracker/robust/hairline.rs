@@ -1,7 +1,7 @@
 //! Sighting a hairline butt joint: evidence along the straightened stripe and a grid filter over it.
 
-use super::seek;
 use super::sighting::{Sighting, Unsighted};
+use super::stripe;
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::Refusal;
 use crate::tracker::estimate::Evidence;
@@ -29,9 +29,9 @@ impl HairlineEye {
     /// any is sought. The end of the stripe at a cover does not.
     pub fn search(&mut self, frame: &GrayFrame) -> Result<Sighting, Unsighted> {
         let sighting = self.look(frame)?;
-        let line = seek::centreline(frame, true);
-        let share = seek::straight_share(&line, sighting.centre.u_px, |u| self.tracker.stripe_v_px(u));
-        if share >= seek::STRAIGHT_SHARE {
+        let line = stripe::centreline(frame, true);
+        let share = stripe::straight_share(&line, sighting.centre.u_px, |u| self.tracker.stripe_v_px(u));
+        if share >= stripe::STRAIGHT_SHARE {
             return Ok(sighting);
         }
         Err(Unsighted { refusal: Refusal::Support, evidence: sighting.evidence })

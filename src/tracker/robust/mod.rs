@@ -4,7 +4,7 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `places`, `levels`, `seek`, `seed`, `classify` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
+//! | `places`, `levels`, `seek`, `asked`, `candidate`, `seed`, `outline`, `classify`, `stripe` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
 //! | `doubt` | whether the joint asked for is the joint seen |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
@@ -12,6 +12,8 @@
 //! | `noise`, `roughness` | R, all of it |
 //! | `part` | what an ablation takes away |
 
+mod asked;
+mod candidate;
 mod classify;
 mod doubt;
 pub(super) mod filter;
@@ -22,20 +24,23 @@ pub(super) mod height;
 mod judge;
 mod levels;
 pub(super) mod noise;
+mod outline;
 mod part;
 mod places;
 mod roughness;
 mod seed;
 mod seek;
 mod sighting;
+mod stripe;
 
+use self::asked::ASKED_FRAMES;
 use self::doubt::Doubter;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
 pub use self::part::{Part, Parts};
 use self::places::Places;
-use self::seek::{ASKED_FRAMES, Found};
+use self::seek::Found;
 use super::TrackerError;
 use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
@@ -211,7 +216,12 @@ impl RobustTracker {
         let axis = view.axis();
         let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
         let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
-        (is_lost || is_near).then_some((view, found))
+        // A joint does not become one of another kind elsewhere, and a groove of which a part is hidden no gap.
+        let known = self.joint.as_ref().map(|joint| joint.kind);
+        let is_alike = known == Some(seed.model.kind.name());
+        let may_become = seed.certain || known != Some(JointKind::VGroove.name());
+        let is_it = if is_near { is_alike || may_become } else { is_lost && is_alike };
+        is_it.then_some((view, found))
     }
 
     /// Asks what the frames show by themselves, where a joint was asked for.

@@ -1,6 +1,7 @@
 //! The joint in one whole frame, without a prediction.
 
 use super::classify;
+use super::outline::{is_shoulder, is_two_grooves};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
@@ -42,7 +43,7 @@ const BRIDGED_SHARE: f64 = 0.85;
 const BRIDGE_REACH_PX: f64 = 3.0;
 const LEAST_JUMP_PX: f32 = 3.5;
 /// Shortest leg of a corner that nobody asked for \[px\]: shorter ones do not tell a bend from a curve. Chosen.
-const LEAST_LEG_PX: f64 = 40.0;
+pub const LEAST_LEG_PX: f64 = 40.0;
 /// Share of the columns of a fit's window in which both legs must be seen. Chosen: a flank of 40 px has half.
 const LEAST_LEG_SUPPORT: f64 = 0.55;
 /// How often the legs of a corner are fitted anew, as curved as they then are. Chosen: their curvature is known to a tenth.
@@ -91,7 +92,7 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let wants = |candidate: JointKind| kind.is_none_or(|kind| kind == candidate);
     let mut seeds = vec![];
     if wants(JointKind::VGroove) || wants(JointKind::Fillet) {
-        let found = corners(line).into_iter().filter_map(|place| corner(frame, place, kind));
+        let found = corners(line).into_iter().filter_map(|place| corner(frame, Some(line), place, kind));
         // A groove's root bends as much as both its shoulders together.
         seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
     }
@@ -125,9 +126,9 @@ pub fn at(frame: &GrayFrame, kind: Option<JointKind>, place: PixelPoint) -> Opti
         best(tried.filter_map(|tried| edges(frame, &learned, None, tried, kind.is_none())))
     };
     let seed = match kind {
-        Some(kind) if !kind.has_edges() => corner(frame, place, Some(kind)),
+        Some(kind) if !kind.has_edges() => corner(frame, None, place, Some(kind)),
         Some(_) => with_edges(kind),
-        None => corner(frame, place, None).or_else(|| with_edges(None)),
+        None => corner(frame, None, place, None).or_else(|| with_edges(None)),
     };
     seed.map(|seed| Seed { certain: true, ..seed })
 }
@@ -199,17 +200,26 @@ fn edges(frame: &GrayFrame, learned: &Learned, gap_px: Option<f64>, tried: Joint
 
 /// A joint with a corner at `place`; without a kind asked for, only beyond doubt, and a V-groove where the flanks end in
 /// shoulders.
-fn corner(frame: &GrayFrame, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
+fn corner(frame: &GrayFrame, line: Option<&Centreline>, place: PixelPoint, kind: Option<JointKind>) -> Option<Seed> {
     if let Some(kind) = kind {
         return refine(frame, place, kind);
     }
-    let groove = refine(frame, place, JointKind::VGroove).filter(classify::is_groove);
+    let is_one = |seed: &Seed| classify::is_groove(seed) && !line.is_some_and(|line| is_two_grooves(line, seed));
+    let groove = refine(frame, place, JointKind::VGroove).filter(is_one);
     groove.or_else(|| {
         let is_inside = |u_px: f64| (LEAST_LEG_PX..frame.width_px() as f64 - LEAST_LEG_PX).contains(&u_px);
         let fillet = refine(frame, place, JointKind::Fillet).filter(classify::is_corner);
         // A shoulder has a plate on one side and but a flank on the other.
-        fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && seed.fit.support > LEAST_LEG_SUPPORT)
+        let is_long =
+            |seed: &Seed| seed.fit.support > LEAST_LEG_SUPPORT && !line.is_some_and(|line| is_shoulder(line, seed));
+        fillet.filter(|seed| is_inside(seed.fit.centre.u_px) && is_long(seed))
     })
+}
+
+/// How far the centreline at `u` lies off the chord over the arms on both sides \[px\]: positive where it bends up on both.
+fn bend_at(line: &Centreline, u: usize) -> Option<f32> {
+    let at = |u: usize| mean(line, u - 2..u + 3);
+    Some(2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?)
 }
 
 /// Learns the cross-section round `place` and fits it there.
@@ -243,11 +253,7 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
 fn corners(line: &Centreline) -> Vec<PixelPoint> {
-    let bend = |u: usize| {
-        let at = |u: usize| mean(line, u - 2..u + 3);
-        let bend = 2.0 * at(u)? - at(u - CORNER_ARM_PX)? - at(u + CORNER_ARM_PX)?;
-        (bend.abs() > LEAST_CORNER_PX).then_some(bend)
-    };
+    let bend = |u: usize| bend_at(line, u).filter(|bend| bend.abs() > LEAST_CORNER_PX);
     let bends = strongest(line, CORNER_ARM_PX + 2, MOST_BENDS, bend);
     let between = between_shoulders(&bends);
     let bends = bends.into_iter().take(MOST_CORNERS).map(|(_, place)| place);
@@ -372,6 +378,34 @@ mod tests {
     fn a_plain_stripe_and_an_empty_frame_hold_none() {
         assert!(found(&drawn(|u| Some(100.0 + 0.05 * u)), None).is_empty());
         assert!(found(&drawn(|_| None), None).is_empty());
+    }
+
+    #[test]
+    fn the_shoulder_of_a_groove_with_a_steep_wall_is_no_fillet() {
+        let bevel = |u: f64| Some(100.0 + (u - 110.0).clamp(0.0, 40.0) - 4.0 * (u - 150.0).clamp(0.0, 10.0));
+        assert!(found(&drawn(bevel), None).iter().all(|seed| seed.model.kind != JointKind::Fillet));
+        assert!(found(&drawn(corner), None).iter().any(|seed| seed.model.kind == JointKind::Fillet));
+    }
+
+    #[test]
+    fn between_two_grooves_and_on_an_arc_there_is_no_groove() {
+        let two = |u: f64| {
+            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
+            Some(100.0 + depth_px(100.0) + depth_px(220.0))
+        };
+        let grooves = |row: &dyn Fn(f64) -> Option<f64>| -> Vec<f64> {
+            let seeds = found(&drawn(row), None).into_iter();
+            seeds.filter(|seed| seed.model.kind == JointKind::VGroove).map(|seed| seed.fit.centre.u_px).collect()
+        };
+        let roots = grooves(&two);
+        assert!(roots.iter().all(|u| (u - 160.0).abs() > 30.0) && !roots.is_empty(), "{roots:?}");
+        let close = |u: f64| {
+            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
+            Some(100.0 + depth_px(112.0) + depth_px(208.0))
+        };
+        assert!(grooves(&close).iter().all(|u| (u - 160.0).abs() > 30.0), "{:?}", grooves(&close));
+        let arc = |u: f64| Some(60.0 + (u - 160.0).powi(2) / 500.0);
+        assert!(grooves(&arc).is_empty());
     }
 
     #[test]

@@ -2,14 +2,17 @@
 
 use std::collections::VecDeque;
 
+use super::asked::{ASKED_FRAMES, Asked, MOTION_PX};
+use super::candidate::{Candidate, DIP_DOUBT, FLAT_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between};
 use super::classify;
 use super::hairline::ROW_VARIANCE_PX2;
 use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
+use super::stripe::{STRAIGHT_SHARE, centreline, is_calm, straight_share};
 use crate::frame::GrayFrame;
-use crate::imgproc::geometry::{GapShows, JointFit, JointKind, gap_shows};
-use crate::imgproc::{Centreline, CentrelineSettings, SeedSettings, extract_along, extract_centreline, stripe_path};
+use crate::imgproc::geometry::{JointFit, JointKind};
+use crate::imgproc::{Centreline, SeedSettings};
 use crate::tracker::estimate::Evidence;
 use crate::tracker::hairline::{HairlineEstimate, HairlineTracker, SeamPresence};
 use crate::units::PixelPoint;
@@ -24,9 +27,8 @@ const RECENT_FRAMES: usize = 8;
 /// A better joint elsewhere is waited for when it has shown in so many of the last frames, so far away \[px\].
 const RIVAL_SEEDS: usize = 3;
 const RIVAL_PX: f64 = 12.0;
-/// How close they must be \[px\]: at once, and per frame between them, since the seam moves.
+/// How close they must be at once \[px\].
 const AGREEMENT_PX: f64 = 4.0;
-const MOTION_PX: f64 = 1.5;
 /// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
 /// over the frames that are remembered \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
 /// of .02 to .12 px against .3 px and more. Speckle moves the place of what shows no relief, and that of a hairline, so that
@@ -44,29 +46,8 @@ const LEAST_RELIEF: f64 = 3.7;
 const LEAST_RELIEF_FRAMES: usize = 5;
 /// Fastest seam that is found by its seeds on one line \[px/frame\]. Chosen.
 const FASTEST_PX: f64 = 10.0;
-/// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
-/// end one side is always the same, the other any spatter.
-const GAP_AGREEMENT_PX: f64 = 5.0;
-const STEP_AGREEMENT_PX: f64 = 5.0;
-const SLOPE_AGREEMENT: f64 = 0.2;
-/// A frame is calm when the pixels off the stripe that are as bright as half of it are fewer than this share of those on it:
-/// no spatter, no glare. Chosen: 30 px in a picture of 640 columns.
-const CALM_SHARE: f64 = 0.008;
-/// What counts as off the stripe \[px\].
-const OFF_STRIPE_PX: f32 = 15.0;
-/// A hairline lies in one straight stripe: this share of the columns near it must lie on the stripe's line.
-pub const STRAIGHT_SHARE: f64 = 0.75;
-const STRAIGHT_REACH_PX: usize = 40;
-const STRAIGHT_TOLERANCE_PX: f64 = 3.5;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
-/// For how many frames with a stripe a joint is sought at the place the user gave. Chosen: a hairline takes some twenty.
-pub const ASKED_FRAMES: usize = 40;
-/// How far from there it may be found \[px of the picture\]: as far as a fit searches and a hand errs, and for some frames as far
-/// as the seam moves. Chosen.
-const ASKED_PX: f64 = 16.0;
-const ASKED_MOVING_FRAMES: usize = 10;
-
 /// What a frame brought.
 pub enum Found {
     /// No joint that is certain.
@@ -154,7 +135,7 @@ impl Seeker {
 
     /// The user knows where the seam is in the next frame, which has so many pixels a pixel of the picture.
     pub fn seed_at(&mut self, centre: PixelPoint, raster_px_a_px: f64) {
-        self.asked = Some(Asked { centre, raster_px_a_px, frames: 0, elsewhere: None });
+        self.asked = Some(Asked::new(centre, raster_px_a_px));
     }
 
     /// The place the user gave, if there was nothing there for [`ASKED_FRAMES`], with what showed elsewhere.
@@ -183,9 +164,14 @@ impl Seeker {
         let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(Candidate { seed, has_relief }) = self.confirmed(candidates, before_arc) {
+        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
-            let doubt = if has_relief { self.has_twin(&seed).then_some(TWIN_DOUBT) } else { Some(FLAT_DOUBT) };
+            let doubt = match shows {
+                Shows::Dark if seed.model.kind == JointKind::Lap => Some(STEP_DOUBT),
+                Shows::Dark => Some(FLAT_DOUBT),
+                Shows::Dip => Some(DIP_DOUBT),
+                Shows::Relief | Shows::Whole => self.has_twin(&seed).then_some(TWIN_DOUBT),
+            };
             return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed) };
         }
         let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
@@ -232,22 +218,38 @@ impl Seeker {
             self.recent.pop_front();
         }
         let certain = |candidate: &Candidate| {
-            let Candidate { seed, has_relief } = candidate;
-            let is_easy = *has_relief && !self.is_rival;
+            let Candidate { seed, shows } = candidate;
+            let is_dark = *shows == Shows::Dark;
+            let is_easy = !is_dark && !self.is_rival;
             let (agreeing, moving) = if is_easy { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
             let sure = (seed.certain && !self.is_rival)
-                || (seed.clear && before_arc && *has_relief)
-                || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (*has_relief || self.moves(seed)))
+                || (seed.clear && before_arc && *shows >= Shows::Relief && !classify::is_open_lap(seed))
+                || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (!is_dark || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
             // What hides a joint that is known is a dark stretch of the stripe, too.
-            let may_be_cover = self.is_rival && !has_relief;
+            let may_be_cover = self.is_rival && is_dark;
             sure && !may_be_cover && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
-        let mut certain: Vec<Candidate> = candidates.into_iter().filter(certain).collect();
+        let typical =
+            candidates.into_iter().map(|candidate| Candidate { shows: self.typically(&candidate), ..candidate });
+        let mut certain: Vec<Candidate> = typical.filter(certain).collect();
         certain.retain(|candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre));
         // Of equals the first, as they come.
-        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.rank()));
+        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.shows));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
+    }
+
+    /// What most of the last frames that have a candidate show, as far as one frame does not tell all.
+    fn typically(&self, candidate: &Candidate) -> Shows {
+        if candidate.shows == Shows::Whole {
+            return Shows::Whole;
+        }
+        let near = |other: &&Candidate| {
+            are_alike(&candidate.seed, &other.seed) && candidate.seed.away_px(&other.seed) < RIVAL_PX
+        };
+        let mut shown: Vec<Shows> = self.latest().flatten().filter(near).map(|other| other.shows).collect();
+        shown.sort();
+        shown.get(shown.len() / 2).copied().unwrap_or(candidate.shows)
     }
 
     /// The seeds of the frames that may confirm one, the newest frame first.
@@ -263,12 +265,18 @@ impl Seeker {
             .any(|frames| frames >= RIVAL_SEEDS.min(self.recent.len()))
     }
 
-    /// Whether another place of the last frames, of more rank, may be the joint: it has not been seen often enough yet.
+    /// Whether another place of the last frames, that shows more, may be the joint: it has not been seen often enough yet.
     fn has_better(&self, candidate: &Candidate) -> bool {
-        let is_better =
-            |other: &&Candidate| other.rank() > candidate.rank() && candidate.seed.away_px(&other.seed) > RIVAL_PX;
-        let better = self.latest().flatten().filter(is_better);
-        better.map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX)).any(|frames| frames >= RIVAL_SEEDS)
+        let away = |other: &&Candidate| candidate.seed.away_px(&other.seed) > RIVAL_PX;
+        let better = self.latest().flatten().filter(|other| other.shows > candidate.shows).filter(away);
+        // Of two dark places in one frame neither is the better one.
+        let is_dark = |shows: Shows| shows == Shows::Dark;
+        let beside = self.latest().take(1).flatten().filter(away);
+        let as_good = beside.filter(|other| is_dark(candidate.shows) && is_dark(other.shows));
+        better
+            .chain(as_good)
+            .map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX))
+            .any(|frames| frames >= RIVAL_SEEDS)
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
@@ -337,66 +345,6 @@ impl Seeker {
     }
 }
 
-/// Where the user says that the seam is.
-struct Asked {
-    centre: PixelPoint,
-    raster_px_a_px: f64,
-    /// Frames with a stripe that showed nothing there.
-    frames: usize,
-    /// A joint that is certain, and not there.
-    elsewhere: Option<(JointKind, PixelPoint)>,
-}
-
-impl Asked {
-    /// The joint at that place: certain in the first frame, for which it was given; later it must be confirmed.
-    fn seed(&self, frame: &GrayFrame, kind: Option<JointKind>) -> Option<Seed> {
-        let seed = seed::at(frame, kind, self.centre)?;
-        Some(Seed { certain: self.frames == 0, ..seed })
-    }
-
-    fn is_near(&self, place: PixelPoint) -> bool {
-        let reach_px = (ASKED_PX + MOTION_PX * self.frames.min(ASKED_MOVING_FRAMES) as f64) * self.raster_px_a_px;
-        let (du, dv) = (place.u_px - self.centre.u_px, place.v_px - self.centre.v_px);
-        du.abs() <= reach_px && dv.abs() <= reach_px
-    }
-}
-
-/// What a gap without relief may be.
-const FLAT_DOUBT: &str = "the gap shows neither a bottom nor bent edges: it may be a mark on the plate (paint, slag) or a gap in the laser's line";
-
-/// What a joint among its like may be.
-const TWIN_DOUBT: &str =
-    "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
-
-/// A seed, and whether it is more than a place where the stripe is dark.
-#[derive(Debug, Clone)]
-struct Candidate {
-    seed: Seed,
-    has_relief: bool,
-}
-
-impl Candidate {
-    /// What it is worth before time has told: a groove with both its shoulders, a joint with relief, a dark place.
-    const fn rank(&self) -> u8 {
-        match (self.seed.certain, self.has_relief) {
-            (true, _) => 2,
-            (false, true) => 1,
-            (false, false) => 0,
-        }
-    }
-
-    /// None when what should be a gap is a mark on the plate; what the user asked for is not doubted.
-    fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
-        if seed.model.kind != JointKind::Butt || seed.certain || asked == Some(JointKind::Butt) {
-            return Some(Self { seed, has_relief: true });
-        }
-        match gap_shows(frame, &seed.fit, seed.model.stripe_sd_px) {
-            GapShows::Plate | GapShows::Bump | GapShows::Groove => None,
-            shows => Some(Self { has_relief: shows == GapShows::Relief, seed }),
-        }
-    }
-}
-
 /// Means of so many neighbours each, the last ones first; what is left over counts not.
 fn means(values: &[f64]) -> impl Iterator<Item = f64> {
     values.rchunks_exact(FRAMES_OF_A_MEAN).map(|few| few.iter().sum::<f64>() / few.len() as f64)
@@ -406,61 +354,6 @@ fn means(values: &[f64]) -> impl Iterator<Item = f64> {
 fn range(values: impl Iterator<Item = f64>) -> f64 {
     let (least, most) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
     (most - least).max(0.0)
-}
-
-/// Whether two seeds may be of one joint, wherever they are.
-fn are_alike(seed: &Seed, other: &Seed) -> bool {
-    let slopes = [seed.fit.left.slope - other.fit.left.slope, seed.fit.right.slope - other.fit.right.slope];
-    seed.model.kind == other.model.kind
-        && (seed.gap_px() - other.gap_px()).abs() < GAP_AGREEMENT_PX
-        && (classify::step_px(seed) - classify::step_px(other)).abs() < STEP_AGREEMENT_PX
-        && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
-}
-
-/// Whether what `seed` takes for its gap is a groove between its edges, as `other` has it.
-fn is_groove_between(seed: &Seed, other: &Seed) -> bool {
-    let Some(edges) = seed.fit.edges else { return false };
-    other.model.plates.is_some() && seed.away_px(other) < edges.gap_px.max(GAP_AGREEMENT_PX)
-}
-
-/// The stripe's centre in each column, along its likeliest path through the frame where `by_path`.
-pub fn centreline(frame: &GrayFrame, by_path: bool) -> Centreline {
-    match stripe_path(frame).filter(|_| by_path) {
-        Some(path) => extract_along(frame, &CentrelineSettings::default(), &path),
-        None => extract_centreline(frame, &CentrelineSettings::default()),
-    }
-}
-
-/// Whether nothing but the stripe shines.
-fn is_calm(frame: &GrayFrame, line: &Centreline) -> bool {
-    let peaks = line.v_px.iter().enumerate().filter_map(|(u, v)| v.map(|v| (u, v)));
-    let mut stripe: Vec<u8> = peaks.clone().map(|(u, v)| frame.at_clamped(u as isize, v.round() as isize)).collect();
-    if stripe.is_empty() {
-        return false;
-    }
-    let middle = stripe.len() / 2;
-    let bright = *stripe.select_nth_unstable(middle).1 / 2;
-    let (mut on_stripe, mut off_stripe) = (0usize, 0usize);
-    for v in 0..frame.height_px() {
-        let row = frame.row(v).iter().enumerate();
-        for (u, _) in row.filter(|(_, grey)| **grey >= bright) {
-            let is_on = line.at(u).is_some_and(|at| (v as f32 - at).abs() <= OFF_STRIPE_PX);
-            *(if is_on { &mut on_stripe } else { &mut off_stripe }) += 1;
-        }
-    }
-    (off_stripe as f64) < CALM_SHARE * on_stripe as f64
-}
-
-/// Share of the columns near `u_px` whose centre lies on the stripe's line.
-pub fn straight_share(line: &Centreline, u_px: f64, stripe_v_px: impl Fn(f64) -> Option<f64>) -> f64 {
-    let centre = u_px.round().max(0.0) as usize;
-    let near = centre.saturating_sub(STRAIGHT_REACH_PX)..centre + STRAIGHT_REACH_PX + 1;
-    let on_line = |u: usize| {
-        let (Some(v), Some(expected)) = (line.at(u), stripe_v_px(u as f64)) else { return false };
-        (f64::from(v) - expected).abs() < STRAIGHT_TOLERANCE_PX
-    };
-    let count = near.len() as f64;
-    near.filter(|&u| on_line(u)).count() as f64 / count
 }
 
 #[cfg(test)]

@@ -1,0 +1,87 @@
+//! A seed that may be the joint, and what it shows in its one frame.
+
+use super::classify;
+use super::seed::Seed;
+use crate::frame::GrayFrame;
+use crate::imgproc::geometry::{GapShows, JointKind, gap_shows, step_shows};
+
+/// How alike in gap and in the height of one side over the other \[px\], and in the slope of each. Chosen: at a stripe's
+/// end one side is always the same, the other any spatter.
+const GAP_AGREEMENT_PX: f64 = 5.0;
+const STEP_AGREEMENT_PX: f64 = 5.0;
+const SLOPE_AGREEMENT: f64 = 0.2;
+
+/// What a gap without relief may be.
+pub const FLAT_DOUBT: &str = "the gap shows neither a bottom nor bent edges: it may be a mark on the plate (paint, slag) or a gap in the laser's line";
+
+/// What a step may be beside which a plate goes on.
+pub const STEP_DOUBT: &str = "one of the two stripes goes on past the step: it may be a second stripe, or a reflection";
+
+/// What a joint among its like may be.
+pub const TWIN_DOUBT: &str =
+    "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
+
+/// What a dip may be.
+pub const DIP_DOUBT: &str =
+    "the stripe goes through it unbroken: it may be a scratch, the toe of a weld, or what lies on the plate";
+
+/// A seed, and what it shows beside two sides that end.
+#[derive(Debug, Clone)]
+pub struct Candidate {
+    /// Where it is.
+    pub seed: Seed,
+    /// What it shows.
+    pub shows: Shows,
+}
+
+/// In the order of what it is worth before time has told.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Shows {
+    /// A place where the stripe is dark.
+    Dark,
+    /// A dip in an unbroken stripe.
+    Dip,
+    /// A joint with relief.
+    Relief,
+    /// A groove with both its shoulders, or what the user asked for.
+    Whole,
+}
+
+impl Candidate {
+    /// None when what should be a gap or a step is a mark on the plate; what the user asked for is not doubted.
+    pub fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
+        let look = match seed.model.kind {
+            JointKind::Butt => gap_shows,
+            JointKind::Lap => step_shows,
+            JointKind::VGroove | JointKind::Fillet if !seed.certain => {
+                return Some(Self { seed, shows: Shows::Relief });
+            }
+            JointKind::VGroove | JointKind::Fillet => return Some(Self { seed, shows: Shows::Whole }),
+        };
+        if seed.certain || asked == Some(seed.model.kind) {
+            return Some(Self { shows: if seed.certain { Shows::Whole } else { Shows::Relief }, seed });
+        }
+        let shows = match look(frame, &seed.fit, seed.model.stripe_sd_px) {
+            GapShows::Plate | GapShows::Bump | GapShows::Groove | GapShows::Flank => return None,
+            GapShows::Relief => Shows::Relief,
+            GapShows::Dip => Shows::Dip,
+            GapShows::Nothing => Shows::Dark,
+        };
+        Some(Self { seed, shows })
+    }
+}
+
+/// Whether two seeds may be of one joint, wherever they are.
+pub fn are_alike(seed: &Seed, other: &Seed) -> bool {
+    let slopes = [seed.fit.left.slope - other.fit.left.slope, seed.fit.right.slope - other.fit.right.slope];
+    seed.model.kind == other.model.kind
+        && (seed.gap_px() - other.gap_px()).abs() < GAP_AGREEMENT_PX
+        && (classify::step_px(seed) - classify::step_px(other)).abs() < STEP_AGREEMENT_PX
+        && slopes.iter().all(|difference| difference.abs() < SLOPE_AGREEMENT)
+}
+
+/// Whether what `seed` takes for its gap is a groove between its edges, as `other` has it.
+pub fn is_groove_between(seed: &Seed, other: &Seed) -> bool {
+    let Some(edges) = seed.fit.edges else { return false };
+    other.model.plates.is_some() && seed.away_px(other) < edges.gap_px.max(GAP_AGREEMENT_PX)
+}
