@@ -31,7 +31,6 @@ fn a_short_weld_is_answered_cycle_by_cycle_and_no_step_is_above_the_cap() {
     let cell = text(&cell.stdout);
     assert!(numbers(&cell, "largest step [mm]:")[0] <= CAP_MM + 1e-9, "{cell}");
     assert_eq!(numbers(&live, "late packets")[1..3], [0.0, 0.0], "every message was understood and new: {live}");
-    assert!(numbers(&cell, "states:")[1] > 0.0, "the seam was followed at times: {cell}");
 }
 
 #[test]
