@@ -93,10 +93,10 @@ pub fn track_recording(
 fn tracked(asked: &Asked<'_>, config: &config::Config, known: &KnownSensor) -> PyResult<Recording> {
     let truth: Option<Vec<TruthRow>> =
         asked.truth.as_deref().map(read_truth).transpose().map_err(|error| raised(&error))?;
-    let source = asked.open().map_err(|error| raised(&error))?;
+    let mut source = asked.open().map_err(|error| raised(&error))?;
     let config = &config::Config { period_s: source.period_s(), ..config.clone() };
     let (kind, mut notes) = (source.kind(), source.notes().to_vec());
-    let outcome = seamtrack::run::track(source, &|| asked.open(), (config, known), asked.origin, |seen| {
+    let outcome = seamtrack::run::track(&mut *source, (config, known), asked.origin, |seen| {
         if let Err(error) = seen.picture
             && notes.len() < MOST_TROUBLES
         {
