@@ -73,6 +73,6 @@ impl Cell {
         let ends = signals::asked_to_end()?;
         let report = run_cell(&settings, &ends)?;
         say::print(&report.to_string())?;
-        Ok(track::exit_code(report.stops.is_empty()))
+        Ok(track::exit_code(!report.stops.is_empty()))
     }
 }
