@@ -6,9 +6,10 @@ use numpy::{PyReadonlyArray2, PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use seamtrack::run::{expect_calibrated_size, session_settings};
 use seamtrack::source::SixteenBitScale;
 use seamtrack::tracker;
-use seamtrack::{GrayFrame, SessionSettings, StripeAxis};
+use seamtrack::{GrayFrame, StripeAxis};
 
 use crate::config::{Config, config_of};
 use crate::errors::raised;
@@ -179,14 +180,7 @@ impl Session {
         }
         let config = config_of(config, keys)?;
         let sensor = sensor.unwrap_or_else(|| Sensor { known: config.inner.sensor() });
-        let settings = SessionSettings {
-            axis: config.inner.stripe.axis().or(sensor.known.stripe_axis()),
-            seed_at: config.inner.seed_at(),
-            sensor: sensor.known.sensor.clone(),
-            roi: config.inner.roi(),
-            lag: config.inner.fixed_lag,
-            ..SessionSettings::new(config.inner.method().map_err(|error| raised(&error))?)
-        };
+        let settings = session_settings(&config.inner, &sensor.known).map_err(|error| raised(&error))?;
         let session = seamtrack::Session::new(&settings).map_err(|error| raised(&error))?;
         let (scale, is_given) = (white.map(|white| SixteenBitScale { white }), white.is_some());
         Ok(Self { config, sensor, state: Mutex::new(State { session, scale, is_given }) })
@@ -285,6 +279,8 @@ impl Session {
     }
 
     fn step_on(&self, frame: &GrayFrame, time_s: f64) -> PyResult<Estimate> {
+        let size_px = (frame.width_px(), frame.height_px());
+        expect_calibrated_size(&self.sensor.known, size_px).map_err(|error| raised(&error))?;
         let mut state = self.state();
         let estimate = state.session.step(frame, time_s).map_err(|error| raised(&error))?;
         Ok(self.told(&estimate, state.session.axis()))

@@ -21,7 +21,7 @@ use super::stream::StreamCamera;
 use crate::calib::file::CalibrationFileError;
 use crate::calib::{KnownSensor, Ruler};
 use crate::config::ConfigError;
-use crate::run::{marks, row};
+use crate::run::{RunError, expect_calibrated_size, marks, row, session_settings};
 use crate::source::{Period, SourceError};
 use crate::synth::{ScenarioError, Scene, builtin};
 use crate::tracker::{Estimate, Observation, Session, SessionSettings, Status, TrackerError};
@@ -55,6 +55,9 @@ pub enum LiveError {
     /// The calibration cannot be used.
     #[error(transparent)]
     Calibration(#[from] CalibrationFileError),
+    /// What is known of the sensor contradicts the configuration or the pictures.
+    #[error(transparent)]
+    Run(#[from] RunError),
     /// The robot needs millimetres.
     #[error("corrections are in millimetres: give calibration, or mm_per_px under [track]")]
     NoMillimetres,
@@ -275,14 +278,7 @@ impl Tracking {
         if !known.sensor.has_millimetres() {
             return Err(LiveError::NoMillimetres);
         }
-        let settings = SessionSettings {
-            method: track.method()?,
-            axis: track.stripe.axis().or(known.stripe_axis()),
-            seed_at: track.seed_at(),
-            sensor: known.sensor.clone(),
-            roi: track.roi(),
-            lag: None,
-        };
+        let settings = SessionSettings { lag: None, ..session_settings(track, &known)? };
         Ok(Self {
             session: Session::new(&settings)?,
             known,
@@ -309,6 +305,7 @@ impl Tracking {
                 Fetched::Nothing | Fetched::Closed => return Ok(self.report),
             };
             let exposed_s = picture.exposed_s;
+            expect_calibrated_size(&self.known, (picture.frame.width_px(), picture.frame.height_px()))?;
             let began = Instant::now();
             // Counted from the first one, as `track` counts those of the log.
             let first_ns = *self.first_ns.get_or_insert(picture.stamp_ns);

@@ -6,12 +6,14 @@ pub mod meltpool;
 mod rows;
 mod score;
 mod second_pass;
+mod settings;
 mod summarise;
 
 use std::time::Instant;
 
 pub use rows::{marks, row};
 pub use score::{error_table, plane_errors};
+pub use settings::{expect_calibrated_size, session_settings};
 pub use summarise::summarise;
 
 use self::ahead::decode_ahead;
@@ -199,18 +201,7 @@ struct Run<'a> {
 
 impl<'a> Run<'a> {
     fn new(config: &'a Config, known: &'a KnownSensor, origin: Origin) -> Result<Self, RunError> {
-        let (given, calibrated) = (config.stripe.axis(), known.stripe_axis());
-        if let Some((given, calibrated)) = given.zip(calibrated).filter(|(given, calibrated)| given != calibrated) {
-            return Err(RunError::OtherStripe { source_name: known.source.clone(), calibrated, given });
-        }
-        let settings = SessionSettings {
-            method: config.method()?,
-            axis: given.or(calibrated),
-            seed_at: config.seed_at(),
-            sensor: known.sensor.clone(),
-            roi: config.roi(),
-            lag: config.fixed_lag,
-        };
+        let settings = session_settings(config, known)?;
         Ok(Self {
             config,
             known,
@@ -289,11 +280,7 @@ impl<'a> Run<'a> {
 
     /// Refuses a calibration of pictures of another size.
     fn check_size(&self) -> Result<(), RunError> {
-        let (Some(sensor), Some(size_px)) = (self.known.sensor.laser_camera(), self.sizes.size_px()) else {
-            return Ok(());
-        };
-        let source_name = || self.known.source.clone();
-        sensor.expect_size(size_px).map_err(|sizes| RunError::OtherImageSize { source_name: source_name(), sizes })
+        self.sizes.size_px().map_or(Ok(()), |size_px| expect_calibrated_size(self.known, size_px))
     }
 
     /// Sets the origin once it is known.

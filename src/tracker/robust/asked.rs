@@ -37,6 +37,7 @@ impl Asked {
         Some(Seed { certain: self.frames == 0, ..seed })
     }
 
+    /// Whether a joint at `place` may be the one that was meant.
     pub fn is_near(&self, place: PixelPoint) -> bool {
         let reach_px = (ASKED_PX + MOTION_PX * self.frames.min(ASKED_MOVING_FRAMES) as f64) * self.raster_px_a_px;
         let (du, dv) = (place.u_px - self.centre.u_px, place.v_px - self.centre.v_px);

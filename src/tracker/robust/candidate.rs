@@ -50,16 +50,16 @@ pub enum Shows {
 impl Candidate {
     /// None when what should be a gap or a step is a mark on the plate; what the user asked for is not doubted.
     pub fn of(frame: &GrayFrame, seed: Seed, asked: Option<JointKind>) -> Option<Self> {
+        if seed.certain {
+            return Some(Self { seed, shows: Shows::Whole });
+        }
         let look = match seed.model.kind {
             JointKind::Butt => gap_shows,
             JointKind::Lap => step_shows,
-            JointKind::VGroove | JointKind::Fillet if !seed.certain => {
-                return Some(Self { seed, shows: Shows::Relief });
-            }
-            JointKind::VGroove | JointKind::Fillet => return Some(Self { seed, shows: Shows::Whole }),
+            JointKind::VGroove | JointKind::Fillet => return Some(Self { seed, shows: Shows::Relief }),
         };
-        if seed.certain || asked == Some(seed.model.kind) {
-            return Some(Self { shows: if seed.certain { Shows::Whole } else { Shows::Relief }, seed });
+        if asked == Some(seed.model.kind) {
+            return Some(Self { seed, shows: Shows::Relief });
         }
         let shows = match look(frame, &seed.fit, seed.model.stripe_sd_px) {
             GapShows::Plate | GapShows::Bump | GapShows::Groove | GapShows::Flank => return None,

@@ -91,7 +91,7 @@ pub struct Seeker {
     kind: Option<JointKind>,
     parts: Parts,
     asked: Option<Asked>,
-    /// The seeds of the last frames, each with whether it has relief, the newest last.
+    /// The seeds of the last frames, each with what it shows, the newest last.
     recent: VecDeque<Vec<Candidate>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
@@ -146,7 +146,11 @@ impl Seeker {
 
     /// A frame passes that cannot be looked at.
     pub fn miss(&mut self) {
-        self.recent.push_back(vec![]);
+        self.remember(vec![]);
+    }
+
+    fn remember(&mut self, candidates: Vec<Candidate>) {
+        self.recent.push_back(candidates);
         if self.recent.len() > REMEMBERED_FRAMES {
             self.recent.pop_front();
         }
@@ -213,10 +217,7 @@ impl Seeker {
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
     fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Candidate> {
-        self.recent.push_back(candidates.clone());
-        if self.recent.len() > REMEMBERED_FRAMES {
-            self.recent.pop_front();
-        }
+        self.remember(candidates.clone());
         let certain = |candidate: &Candidate| {
             let Candidate { seed, shows } = candidate;
             let is_dark = *shows == Shows::Dark;
