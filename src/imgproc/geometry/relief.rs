@@ -90,7 +90,7 @@ const BENT_SDS: f64 = 0.4;
 #[must_use]
 pub fn gap_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapShows {
     let Some(edges) = fit.edges else { return GapShows::Relief };
-    match inside(frame, fit, edges, stripe_sd_px) {
+    match looked_into(frame, fit, edges, stripe_sd_px) {
         GapShows::Relief if is_unbroken(frame, fit, edges, stripe_sd_px) => GapShows::Dip,
         shows => shows,
     }
@@ -127,8 +127,9 @@ pub fn step_shows(frame: &GrayFrame, fit: &JointFit, stripe_sd_px: f64) -> GapSh
             return GapShows::Plate;
         }
         let ends = (edge_px - inwards * BESIDE_PX, edge_px + inwards * PAST_PX.end);
+        let side = || near(frame, fit, line, (ends.0.min(ends.1), ends.0.max(ends.1)), &section);
         if goes_on(PAST_PX.start, PAST_PX.end, PAST_BRIGHTNESS)
-            || flank_columns(frame, fit, line, ends, amplitude, stripe_sd_px) >= LEAST_FLANK_PX
+            || flank_columns(&side(), fit, (line, ends.0), amplitude, stripe_sd_px) >= LEAST_FLANK_PX
         {
             return GapShows::Nothing;
         }
@@ -149,12 +150,18 @@ fn is_unbroken(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_
             .all(|pair| (pair[1].v_px - pair[0].v_px).abs() <= STEEPEST_STEP_PX * (pair[1].u_px - pair[0].u_px))
 }
 
-fn inside(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f64) -> GapShows {
+/// What lies in the gap, and how the stripe comes to its edges.
+fn looked_into(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f64) -> GapShows {
     let half_px = 0.5 * edges.gap_px;
     let section = CrossSection::new(stripe_sd_px);
-    let plates =
-        [(fit.left, -half_px - BESIDE_PX, -half_px - EDGE_PX), (fit.right, half_px + EDGE_PX, half_px + BESIDE_PX)];
-    let beside = plates.map(|(line, from, to)| near(frame, fit, line, (from, to), &section));
+    // Each side from its plate to the middle of the gap; what is beside the edge belongs to the plate.
+    let sides = [(fit.left, -half_px - BESIDE_PX, 0.0), (fit.right, 0.0, half_px + BESIDE_PX)]
+        .map(|(line, from, to)| near(frame, fit, line, (from, to), &section));
+    let plates_px = [fit.centre.u_px + (-half_px - EDGE_PX), fit.centre.u_px + (half_px + EDGE_PX)];
+    let beside: [Vec<RidgePoint>; 2] = [
+        sides[0].iter().filter(|p| p.u_px <= plates_px[0]).copied().collect(),
+        sides[1].iter().filter(|p| p.u_px >= plates_px[1]).copied().collect(),
+    ];
     let amplitude = beside.iter().flatten().map(|p| p.amplitude).sum::<f64>()
         / beside.iter().map(Vec::len).sum::<usize>().max(1) as f64;
     let is_bent = |points: &[RidgePoint], line: Line| {
@@ -162,11 +169,10 @@ fn inside(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f
         let off: Vec<f64> = next.map(|p| p.v_px - line.at(p.u_px - fit.centre.u_px)).collect();
         off.len() as f64 > 0.5 * BENT_PX && (off.iter().sum::<f64>() / off.len() as f64).abs() > BENT_SDS * stripe_sd_px
     };
-    let flank_px = |line: Line, edge_px: f64, inwards: f64| {
-        let ends = (edge_px - inwards * BESIDE_PX, edge_px + inwards * half_px);
-        flank_columns(frame, fit, line, ends, amplitude, stripe_sd_px)
-    };
-    let flanks_px = [flank_px(fit.left, -half_px, 1.0), flank_px(fit.right, half_px, -1.0)];
+    let flanks_px = [
+        flank_columns(&sides[0], fit, (fit.left, -half_px - BESIDE_PX), amplitude, stripe_sd_px),
+        flank_columns(&sides[1], fit, (fit.right, half_px + BESIDE_PX), amplitude, stripe_sd_px),
+    ];
     // With two it is a small groove all of which is seen.
     if flanks_px.contains(&0) && flanks_px.iter().any(|&columns| columns >= LEAST_FLANK_PX) {
         return GapShows::Flank;
@@ -217,21 +223,18 @@ fn inside(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_px: f
     }
 }
 
-/// Columns in which the stripe, unbroken, is off the plate's `line` between two places, given from the plate to the joint \[px from the
-/// centre\].
+/// Columns of a side in which the stripe, unbroken, is off the plate's `line`, counted from the plate: from `first_px` of the centre.
 fn flank_columns(
-    frame: &GrayFrame,
+    side: &[RidgePoint],
     fit: &JointFit,
-    line: Line,
-    (first, end): (f64, f64),
+    (line, first_px): (Line, f64),
     amplitude: f64,
     stripe_sd_px: f64,
 ) -> usize {
-    let seen = near(frame, fit, line, (first.min(end), first.max(end)), &CrossSection::new(stripe_sd_px));
-    let lit = seen.iter().filter(|p| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude);
+    let lit = side.iter().filter(|p| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude);
     let off = |p: &RidgePoint| {
         let du_px = p.u_px - fit.centre.u_px;
-        ((du_px - first).abs(), p.v_px - line.at(du_px))
+        ((du_px - first_px).abs(), p.v_px - line.at(du_px))
     };
     let mut from_plate: Vec<(f64, f64)> = lit.map(off).collect();
     from_plate.sort_by(|a, b| a.0.total_cmp(&b.0));
