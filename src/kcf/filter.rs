@@ -3,7 +3,8 @@
 use rustfft::num_complex::Complex32;
 
 use super::fft2::{Fft2, Spectrum};
-use super::patch::{CosineWindow, sample};
+use super::lanes;
+use super::patch::{CosineWindow, Sampler};
 use super::response::{Response, peak_shift, psr, psr_ceiling};
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
@@ -59,6 +60,7 @@ pub struct Kcf {
     settings: KcfSettings,
     fft: Fft2,
     window: CosineWindow,
+    sampler: Sampler,
     label_spectrum: Spectrum,
     /// Learned features x̂ and dual coefficients α̂ (Du 2022, eq. 8).
     template_spectrum: Spectrum,
@@ -95,6 +97,7 @@ impl Kcf {
         fft.forward(&gaussian_label(width, height, settings.label_sd_px), &mut label_spectrum);
         Ok(Self {
             window: CosineWindow::new(width, height),
+            sampler: Sampler::new(width),
             label_spectrum,
             template_spectrum: fft.new_spectrum(),
             alpha_spectrum: fft.new_spectrum(),
@@ -117,17 +120,21 @@ impl Kcf {
     /// Blends the patch round `centre` into template and coefficients at `learning_rate` (Du 2022, eq. 8).
     pub fn update(&mut self, frame: &GrayFrame, centre: PixelPoint, learning_rate: f64) {
         self.read_patch(frame, centre);
-        let energy = self.fft.energy(&self.patch_spectrum);
+        let energy = lanes::sum_of_squares(&self.patch);
         for (product, x) in self.product.iter_mut().zip(&self.patch_spectrum) {
             *product = Complex32::new(x.norm_sqr(), 0.0);
         }
         self.kernel_from_product(energy, energy);
         let (rate, lambda) = (learning_rate as f32, self.settings.lambda as f32);
         // α̂ = ŷ / (k̂_xx + λ), eq. 4.
-        for i in 0..self.product.len() {
-            let alpha = self.label_spectrum[i] / (self.product[i] + lambda);
-            self.alpha_spectrum[i] = self.alpha_spectrum[i] * (1.0 - rate) + alpha * rate;
-            self.template_spectrum[i] = self.template_spectrum[i] * (1.0 - rate) + self.patch_spectrum[i] * rate;
+        let asked = self.label_spectrum.iter().zip(&self.product);
+        for (learned, (label, kernel)) in self.alpha_spectrum.iter_mut().zip(asked) {
+            let denominator = kernel + lambda;
+            let alpha = label * denominator.conj() * denominator.norm_sqr().recip();
+            *learned = *learned * (1.0 - rate) + alpha * rate;
+        }
+        for (learned, seen) in self.template_spectrum.iter_mut().zip(&self.patch_spectrum) {
+            *learned = *learned * (1.0 - rate) + seen * rate;
         }
         self.template_energy = self.fft.energy(&self.template_spectrum);
     }
@@ -139,7 +146,7 @@ impl Kcf {
     }
 
     fn respond(&mut self, centre: PixelPoint) -> Response {
-        let energy = self.fft.energy(&self.patch_spectrum);
+        let energy = lanes::sum_of_squares(&self.patch);
         for ((product, x), z) in self.product.iter_mut().zip(&self.template_spectrum).zip(&self.patch_spectrum) {
             *product = x.conj() * z;
         }
@@ -147,7 +154,7 @@ impl Kcf {
         for (product, alpha) in self.product.iter_mut().zip(&self.alpha_spectrum) {
             *product *= alpha;
         }
-        self.fft.inverse(&self.product, &mut self.kernel);
+        self.fft.inverse(&mut self.product, &mut self.kernel);
         let (du_px, dv_px, value) =
             peak_shift(&self.kernel, self.settings.window_width_px, self.settings.window_height_px);
         Response {
@@ -165,8 +172,7 @@ impl Kcf {
     }
 
     fn read_patch(&mut self, frame: &GrayFrame, centre: PixelPoint) {
-        let (width, height) = (self.settings.window_width_px, self.settings.window_height_px);
-        sample(frame, centre, width, height, &mut self.patch);
+        self.sampler.sample(frame, centre, &mut self.patch);
         self.window.apply(&mut self.patch);
         self.fft.forward(&self.patch, &mut self.patch_spectrum);
     }
@@ -174,10 +180,10 @@ impl Kcf {
     /// `product` holds conj(x̂) ⊙ ẑ; leaves in it the spectrum of the Gaussian kernel
     /// k = exp(−max(0, |x|² + |z|² − 2 F⁻¹(conj(x̂) ⊙ ẑ)) / (σ² N)).
     fn kernel_from_product(&mut self, energy_x: f32, energy_z: f32) {
-        self.fft.inverse(&self.product, &mut self.kernel);
+        self.fft.inverse(&mut self.product, &mut self.kernel);
         let scale = -1.0 / (self.settings.kernel_sigma.powi(2) * self.kernel.len() as f64) as f32;
         for k in &mut self.kernel {
-            *k = ((energy_x + energy_z - 2.0 * *k).max(0.0) * scale).exp();
+            *k = lanes::exp_of_negative((energy_x + energy_z - 2.0 * *k).max(0.0) * scale);
         }
         self.fft.forward(&self.kernel, &mut self.product);
     }

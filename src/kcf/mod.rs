@@ -5,6 +5,7 @@
 
 mod fft2;
 mod filter;
+mod lanes;
 mod patch;
 mod response;
 

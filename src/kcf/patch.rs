@@ -1,5 +1,6 @@
 //! The windowed feature patch: grey in \[0,1\], mean removed, times a cosine window.
 
+use super::lanes;
 use crate::frame::GrayFrame;
 use crate::units::PixelPoint;
 
@@ -24,7 +25,7 @@ impl CosineWindow {
     /// Removes the mean of `patch` and applies the window, in place.
     pub fn apply(&self, patch: &mut [f32]) {
         let width = self.along_u.len();
-        let mean = (patch.iter().map(|&x| f64::from(x)).sum::<f64>() / patch.len() as f64) as f32;
+        let mean = (lanes::sum(patch) / patch.len() as f64) as f32;
         for (row, wv) in patch.chunks_exact_mut(width).zip(&self.along_v) {
             for (value, wu) in row.iter_mut().zip(&self.along_u) {
                 *value = (*value - mean) * wu * wv;
@@ -33,40 +34,58 @@ impl CosineWindow {
     }
 }
 
-/// Samples `width` × `height` pixels round `centre` bilinearly into `patch`, as grey in \[0,1\]; the frame's border
-/// continues outwards. Pixel (width/2, height/2) of the patch lies on `centre`.
-pub fn sample(frame: &GrayFrame, centre: PixelPoint, width: usize, height: usize, patch: &mut [f32]) {
-    let (u0, v0) = (centre.u_px.floor(), centre.v_px.floor());
-    let (fu, fv) = ((centre.u_px - u0) as f32, (centre.v_px - v0) as f32);
-    let (left, top) = (u0 as isize - (width / 2) as isize, v0 as isize - (height / 2) as isize);
-    let inside = left >= 0
-        && top >= 0
-        && left + (width as isize) < frame.width_px() as isize
-        && top + (height as isize) < frame.height_px() as isize;
-    // The four bilinear weights, with the scale from grey to [0,1] in them.
-    let scale = 1.0 / 255.0;
-    let (a, b) = ((1.0 - fu) * (1.0 - fv) * scale, fu * (1.0 - fv) * scale);
-    let (c, d) = ((1.0 - fu) * fv * scale, fu * fv * scale);
-    for (j, row) in patch.chunks_exact_mut(width).enumerate() {
-        let v = top + j as isize;
-        if inside {
-            let left = left as usize;
-            let upper = &frame.row(v as usize)[left..=left + width];
-            let lower = &frame.row(v as usize + 1)[left..=left + width];
-            for (i, value) in row.iter_mut().enumerate() {
-                *value = a * f32::from(upper[i])
-                    + b * f32::from(upper[i + 1])
-                    + c * f32::from(lower[i])
-                    + d * f32::from(lower[i + 1]);
+/// Reads patches of one width out of frames.
+#[derive(Debug, Clone)]
+pub struct Sampler {
+    /// A row of the frame, one pixel longer than the patch.
+    row: Vec<f32>,
+    /// Two rows between the frame's columns: the upper and the lower one of the patch's row.
+    between: [Vec<f32>; 2],
+}
+
+impl Sampler {
+    /// For patches of `width` columns.
+    pub fn new(width: usize) -> Self {
+        Self { row: vec![0.0; width + 1], between: [vec![0.0; width], vec![0.0; width]] }
+    }
+
+    /// Samples the pixels round `centre` bilinearly into `patch`, as grey in \[0,1\]; the frame's border continues outwards.
+    /// Pixel (width/2, height/2) of the patch lies on `centre`.
+    pub fn sample(&mut self, frame: &GrayFrame, centre: PixelPoint, patch: &mut [f32]) {
+        let width = self.between[0].len();
+        let height = patch.len() / width;
+        let (u0, v0) = (centre.u_px.floor(), centre.v_px.floor());
+        let (fu, fv) = ((centre.u_px - u0) as f32, (centre.v_px - v0) as f32);
+        let (left, top) = (u0 as isize - (width / 2) as isize, v0 as isize - (height / 2) as isize);
+        self.between_columns(frame, (left, top), fu);
+        for (j, target) in patch.chunks_exact_mut(width).enumerate() {
+            self.between.swap(0, 1);
+            self.between_columns(frame, (left, top + j as isize + 1), fu);
+            for ((value, upper), lower) in target.iter_mut().zip(&self.between[1]).zip(&self.between[0]) {
+                *value = upper + fv * (lower - upper);
             }
-        } else {
-            for (i, value) in row.iter_mut().enumerate() {
-                let u = left + i as isize;
-                *value = a * f32::from(frame.at_clamped(u, v))
-                    + b * f32::from(frame.at_clamped(u + 1, v))
-                    + c * f32::from(frame.at_clamped(u, v + 1))
-                    + d * f32::from(frame.at_clamped(u + 1, v + 1));
+        }
+    }
+
+    /// The row `v` of the frame, `fu` of a pixel beyond the columns from `left` on, into the first of the two rows.
+    fn between_columns(&mut self, frame: &GrayFrame, (left, v): (isize, isize), fu: f32) {
+        const SCALE: f32 = 1.0 / 255.0;
+        let row = frame.row(v.clamp(0, frame.height_px() as isize - 1) as usize);
+        let inside = usize::try_from(left).ok().and_then(|left| row.get(left..left + self.row.len()));
+        match inside {
+            Some(pixels) => {
+                for (value, &grey) in self.row.iter_mut().zip(pixels) {
+                    *value = SCALE * f32::from(grey);
+                }
             }
+            None => {
+                for (i, value) in self.row.iter_mut().enumerate() {
+                    *value = SCALE * f32::from(frame.at_clamped(left + i as isize, v));
+                }
+            }
+        }
+        for (value, pair) in self.between[0].iter_mut().zip(self.row.windows(2)) {
+            *value = pair[0] + fu * (pair[1] - pair[0]);
         }
     }
 }
@@ -80,7 +99,7 @@ mod tests {
         let frame = GrayFrame::new(40, 30, (0..1200).map(|i| (3 * (i % 40) + 2 * (i / 40)) as u8).collect()).unwrap();
         let mut patch = vec![0.0; 8 * 6];
         for centre in [PixelPoint::new(20.25, 15.5), PixelPoint::new(4.5, 3.25)] {
-            sample(&frame, centre, 8, 6, &mut patch);
+            Sampler::new(8).sample(&frame, centre, &mut patch);
             for j in 0..6 {
                 for i in 0..8 {
                     let (u, v) = (centre.u_px + i as f64 - 4.0, centre.v_px + j as f64 - 3.0);

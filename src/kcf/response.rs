@@ -1,5 +1,6 @@
 //! The response map: its peak and its peak-to-sidelobe ratio.
 
+use super::lanes;
 use crate::units::PixelPoint;
 
 /// What the filter answers on one frame.
@@ -34,12 +35,8 @@ pub fn psr_ceiling(label_sd_px: f64, pixels: usize) -> f64 {
 
 /// The highest element of a wrapped response: signed shift along u and v \[px\], parabolic sub-pixel, and its value.
 pub(super) fn peak_shift(response: &[f32], width: usize, height: usize) -> (f64, f64, f32) {
-    let mut best = 0;
-    for (i, &r) in response.iter().enumerate() {
-        if r > response[best] {
-            best = i;
-        }
-    }
+    let largest = lanes::largest(response);
+    let best = response.iter().position(|&r| r == largest).unwrap_or(0);
     let (u, v) = (best % width, best / width);
     let at = |u: usize, v: usize| f64::from(response[v * width + u]);
     let du = parabola(at((u + width - 1) % width, v), at(u, v), at((u + 1) % width, v));
@@ -57,14 +54,9 @@ fn parabola(left: f64, middle: f64, right: f64) -> f64 {
 /// (max − mean)/SD of the whole response.
 pub(super) fn psr(response: &[f32], max: f32) -> f32 {
     let n = response.len() as f64;
-    let (mut sum, mut sum_sq) = (0.0f64, 0.0f64);
-    for &r in response {
-        let r = f64::from(r);
-        sum += r;
-        sum_sq += r * r;
-    }
-    let mean = sum / n;
-    let sd = (sum_sq / n - mean * mean).max(0.0).sqrt();
+    let mean = lanes::sum(response) / n;
+    let variance = lanes::sum_of_squares_about(response, mean as f32) / n;
+    let sd = variance.sqrt();
     if sd > 0.0 { ((f64::from(max) - mean) / sd) as f32 } else { 0.0 }
 }
 

@@ -74,7 +74,7 @@ impl Default for RobustSettings {
     fn default() -> Self {
         Self {
             joint: None,
-            kcf: KcfSettings { window_width_px: 160, window_height_px: 96, label_sd_px: 3.5, ..KcfSettings::du_2022() },
+            kcf: KcfSettings { window_width_px: 80, window_height_px: 48, label_sd_px: 2.5, ..KcfSettings::du_2022() },
             learning_rate: 0.03,
             learn_psr_ratio: 0.4,
             parts: Parts::default(),
