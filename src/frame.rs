@@ -40,6 +40,11 @@ impl GrayFrame {
         Self::new(width_px, height_px, vec![grey; width_px * height_px])
     }
 
+    /// A frame of one dark pixel.
+    pub(crate) fn dot() -> Self {
+        Self { width_px: 1, height_px: 1, pixels: vec![0] }
+    }
+
     /// Number of columns.
     #[must_use]
     pub const fn width_px(&self) -> usize {

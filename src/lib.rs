@@ -41,6 +41,7 @@ pub mod frame;
 pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
+mod lanes;
 pub mod live;
 #[cfg(feature = "opencv")]
 pub mod meltpool;

@@ -31,7 +31,7 @@ impl PixelPoint {
 }
 
 /// A rectangle of whole pixels: its top left one, its columns and its rows.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelRect {
     /// Its first column \[px\].
     pub u_px: usize,

@@ -20,10 +20,79 @@ pub enum MedianKernel {
 /// The median of `frame` over `kernel`; the border is continued outwards.
 #[must_use]
 pub fn median(frame: &GrayFrame, kernel: MedianKernel) -> GrayFrame {
-    match kernel {
-        MedianKernel::Off => frame.clone(),
-        MedianKernel::Three => filter::<3, 32>(frame, sort_3, middle_of_9),
-        MedianKernel::Five => filter::<5, 16>(frame, sort_5, middle_of_25),
+    let mut filtered = frame.clone();
+    let (width, height) = (frame.width_px(), frame.height_px());
+    let mut filter = MedianFilter::new(kernel);
+    let radius = kernel.radius_px();
+    let gather = |padded: &mut [u8]| {
+        for (v, target) in padded.chunks_exact_mut(width + 2 * radius).enumerate() {
+            let row = frame.row(v.saturating_sub(radius).min(height - 1));
+            target[radius..radius + width].copy_from_slice(row);
+            target[..radius].fill(row[0]);
+            target[radius + width..].fill(row[width - 1]);
+        }
+    };
+    filter.block((width, height), gather, filtered.pixels_mut(), width);
+    filtered
+}
+
+impl MedianKernel {
+    /// How far its neighbourhood reaches from its middle \[px\].
+    #[must_use]
+    pub const fn radius_px(self) -> usize {
+        match self {
+            Self::Off => 0,
+            Self::Three => 1,
+            Self::Five => 2,
+        }
+    }
+}
+
+/// The filter at work on blocks of frames; it keeps its buffers.
+#[derive(Debug)]
+pub struct MedianFilter {
+    kernel: MedianKernel,
+    padded: Vec<u8>,
+    ranks: Vec<u8>,
+}
+
+impl MedianFilter {
+    /// A filter by `kernel`.
+    pub const fn new(kernel: MedianKernel) -> Self {
+        Self { kernel, padded: vec![], ranks: vec![] }
+    }
+
+    /// How far a pixel's neighbourhood reaches \[px\].
+    pub const fn radius_px(&self) -> usize {
+        self.kernel.radius_px()
+    }
+
+    /// Filters a block of `width` × `height` pixels into `target`, whose rows are `stride` pixels apart. `gather` puts the block with
+    /// [`Self::radius_px`] more pixels on each side into a buffer of just that size, row by row.
+    pub fn block(
+        &mut self,
+        (width, height): (usize, usize),
+        gather: impl FnOnce(&mut [u8]),
+        target: &mut [u8],
+        stride: usize,
+    ) {
+        let radius = self.radius_px();
+        self.padded.resize((width + 2 * radius) * (height + 2 * radius), 0);
+        gather(&mut self.padded);
+        let (padded, ranks) = (&self.padded, &mut self.ranks);
+        match self.kernel {
+            MedianKernel::Off => {
+                for (row, target) in padded.chunks_exact(width).zip(target.chunks_mut(stride)) {
+                    target[..width].copy_from_slice(row);
+                }
+            }
+            MedianKernel::Three => {
+                filter::<3, 32>(padded, (width, height), (target, stride), ranks, sort_3, middle_of_9)
+            }
+            MedianKernel::Five => {
+                filter::<5, 16>(padded, (width, height), (target, stride), ranks, sort_5, middle_of_25)
+            }
+        }
     }
 }
 
@@ -41,35 +110,38 @@ macro_rules! exchange {
 /// Takes `LANES` pixels of a row at a time, as many as measured fastest. `middle` is given the sorted columns of their
 /// neighbourhoods: first by rank, then by place from the left.
 fn filter<const SIDE: usize, const LANES: usize>(
-    frame: &GrayFrame,
+    padded: &[u8],
+    (width, height): (usize, usize),
+    (target, stride): (&mut [u8], usize),
+    ranks: &mut Vec<u8>,
     sort: impl Fn(&mut [[u8; LANES]; SIDE]),
     middle: impl Fn([[[u8; LANES]; SIDE]; SIDE]) -> [u8; LANES],
-) -> GrayFrame {
-    let (width, height, radius) = (frame.width_px(), frame.height_px(), SIDE / 2);
-    let mut ranks: [Vec<u8>; SIDE] = std::array::from_fn(|_| vec![0; width.next_multiple_of(LANES) + 2 * radius]);
-    let mut filtered = frame.clone();
-    for (v, target) in filtered.pixels_mut().chunks_exact_mut(width).enumerate() {
-        let rows: [&[u8]; SIDE] = std::array::from_fn(|dv| frame.row((v + dv).saturating_sub(radius).min(height - 1)));
-        sort_columns(&rows, &sort, radius, &mut ranks);
-        for (block, target) in target.chunks_mut(LANES).enumerate() {
-            let place = |rank: &[u8], du: usize| {
+) {
+    let padded_width = width + SIDE - 1;
+    // Blocks of columns begin every LANES columns, and the last one's neighbourhood goes on beyond the last column.
+    let rank_len = width.next_multiple_of(LANES) + LANES;
+    ranks.resize(SIDE * rank_len, 0);
+    for (v, target) in target.chunks_mut(stride).take(height).enumerate() {
+        let rows: [&[u8]; SIDE] = std::array::from_fn(|dv| &padded[(v + dv) * padded_width..][..padded_width]);
+        sort_columns(&rows, &sort, ranks, rank_len);
+        for (block, target) in target[..width].chunks_mut(LANES).enumerate() {
+            let place = |rank: usize, du: usize| {
                 let mut values = [0; LANES];
-                values.copy_from_slice(&rank[block * LANES + du..][..LANES]);
+                values.copy_from_slice(&ranks[rank * rank_len + block * LANES + du..][..LANES]);
                 values
             };
-            let columns = std::array::from_fn(|rank| std::array::from_fn(|du| place(&ranks[rank], du)));
+            let columns = std::array::from_fn(|rank| std::array::from_fn(|du| place(rank, du)));
             target.copy_from_slice(&middle(columns)[..target.len()]);
         }
     }
-    filtered
 }
 
-/// The values of each column of `rows`, sorted into `ranks`, which go on by `radius` on both sides.
+/// The values of each column of `rows`, sorted into `ranks`, each of `rank_len` values.
 fn sort_columns<const SIDE: usize, const LANES: usize>(
     rows: &[&[u8]; SIDE],
     sort: impl Fn(&mut [[u8; LANES]; SIDE]),
-    radius: usize,
-    ranks: &mut [Vec<u8>; SIDE],
+    ranks: &mut [u8],
+    rank_len: usize,
 ) {
     let width = rows[0].len();
     for first in (0..width).step_by(LANES) {
@@ -79,14 +151,9 @@ fn sort_columns<const SIDE: usize, const LANES: usize>(
             values[..count].copy_from_slice(&row[first..first + count]);
         }
         sort(&mut values);
-        for (values, rank) in values.iter().zip(ranks.iter_mut()) {
-            rank[radius + first..][..LANES].copy_from_slice(values);
+        for (values, rank) in values.iter().zip(ranks.chunks_exact_mut(rank_len)) {
+            rank[first..][..LANES].copy_from_slice(values);
         }
-    }
-    for rank in ranks {
-        let (left, right) = (rank[radius], rank[radius + width - 1]);
-        rank[..radius].fill(left);
-        rank[radius + width..][..radius].fill(right);
     }
 }
 

@@ -25,6 +25,12 @@ impl Raster {
         Self { scale: 1.0 / coarseness.max(1) as f64 }
     }
 
+    /// Picture pixels a raster pixel, along each side.
+    #[must_use]
+    pub fn coarseness(self) -> usize {
+        (1.0 / self.scale).round() as usize
+    }
+
     /// Raster pixels a picture pixel.
     #[must_use]
     pub const fn scale(self) -> f64 {
@@ -49,25 +55,39 @@ impl Raster {
     /// border is cut off. `None` where nothing would be left.
     #[must_use]
     pub fn resample(self, picture: &GrayFrame) -> Option<Cow<'_, GrayFrame>> {
-        let side = (1.0 / self.scale).round() as usize;
+        let side = self.coarseness();
         if side <= 1 {
             return Some(Cow::Borrowed(picture));
         }
         let (width, height) = (picture.width_px() / side, picture.height_px() / side);
-        let mut sums = vec![0u32; width];
-        let mut pixels = Vec::with_capacity(width * height);
+        let mut frame = GrayFrame::filled(width, height, 0).ok()?;
+        for (v, row) in frame.pixels_mut().chunks_exact_mut(width).enumerate() {
+            self.mean_row(picture, (0, v * side), row);
+        }
+        Some(Cow::Owned(frame))
+    }
+
+    /// A row of the raster: in each pixel the mean of those of `picture` that it covers, from column and row `first` on.
+    ///
+    /// # Panics
+    /// When the picture does not hold them all.
+    pub(crate) fn mean_row(self, picture: &GrayFrame, first: (usize, usize), target: &mut [u8]) {
+        /// Raster pixels whose sums are held at a time.
+        const BLOCK: usize = 64;
+        let side = self.coarseness();
         let count = (side * side) as u32;
-        for v in 0..height {
-            sums.fill(0);
-            for row in 0..side {
-                let cells = picture.row(v * side + row)[..width * side].chunks_exact(side);
-                for (sum, cell) in sums.iter_mut().zip(cells) {
+        for (block, target) in target.chunks_mut(BLOCK).enumerate() {
+            let mut sums = [0u32; BLOCK];
+            for v in first.1..first.1 + side {
+                let row = &picture.row(v)[first.0 + block * BLOCK * side..][..target.len() * side];
+                for (sum, cell) in sums.iter_mut().zip(row.chunks_exact(side)) {
                     *sum += cell.iter().map(|&grey| u32::from(grey)).sum::<u32>();
                 }
             }
-            pixels.extend(sums.iter().map(|sum| ((sum + count / 2) / count) as u8));
+            for (grey, sum) in target.iter_mut().zip(sums) {
+                *grey = ((sum + count / 2) / count) as u8;
+            }
         }
-        GrayFrame::new(width, height, pixels).ok().map(Cow::Owned)
     }
 }
 

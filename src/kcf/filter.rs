@@ -3,10 +3,10 @@
 use rustfft::num_complex::Complex32;
 
 use super::fft2::{Fft2, Spectrum};
-use super::lanes;
 use super::patch::{CosineWindow, Sampler};
 use super::response::{Response, peak_shift, psr, psr_ceiling};
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
+use crate::lanes;
 use crate::units::PixelPoint;
 
 /// The filter's numbers.
@@ -113,13 +113,13 @@ impl Kcf {
     }
 
     /// Learns the patch round `centre`, forgetting all before.
-    pub fn train(&mut self, frame: &GrayFrame, centre: PixelPoint) {
-        self.update(frame, centre, 1.0);
+    pub fn train(&mut self, pixels: impl Pixels, centre: PixelPoint) {
+        self.update(pixels, centre, 1.0);
     }
 
     /// Blends the patch round `centre` into template and coefficients at `learning_rate` (Du 2022, eq. 8).
-    pub fn update(&mut self, frame: &GrayFrame, centre: PixelPoint, learning_rate: f64) {
-        self.read_patch(frame, centre);
+    pub fn update(&mut self, pixels: impl Pixels, centre: PixelPoint, learning_rate: f64) {
+        self.read_patch(pixels, centre);
         let energy = lanes::sum_of_squares(&self.patch);
         for (product, x) in self.product.iter_mut().zip(&self.patch_spectrum) {
             *product = Complex32::new(x.norm_sqr(), 0.0);
@@ -140,8 +140,8 @@ impl Kcf {
     }
 
     /// Searches the window round `centre`: response F⁻¹(k̂_xz ⊙ α̂) (Du 2022, eq. 6), its peak and PSR.
-    pub fn detect(&mut self, frame: &GrayFrame, centre: PixelPoint) -> Response {
-        self.read_patch(frame, centre);
+    pub fn detect(&mut self, pixels: impl Pixels, centre: PixelPoint) -> Response {
+        self.read_patch(pixels, centre);
         self.respond(centre)
     }
 
@@ -171,8 +171,8 @@ impl Kcf {
         &self.kernel
     }
 
-    fn read_patch(&mut self, frame: &GrayFrame, centre: PixelPoint) {
-        self.sampler.sample(frame, centre, &mut self.patch);
+    fn read_patch(&mut self, pixels: impl Pixels, centre: PixelPoint) {
+        self.sampler.sample(pixels, centre, &mut self.patch);
         self.window.apply(&mut self.patch);
         self.fft.forward(&self.patch, &mut self.patch_spectrum);
     }
@@ -199,6 +199,7 @@ fn gaussian_label(width: usize, height: usize, sd_px: f64) -> Vec<f32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::GrayFrame;
 
     fn settings(width: usize, height: usize) -> KcfSettings {
         KcfSettings { window_width_px: width, window_height_px: height, label_sd_px: 2.0, ..KcfSettings::du_2022() }

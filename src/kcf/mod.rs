@@ -5,7 +5,6 @@
 
 mod fft2;
 mod filter;
-mod lanes;
 mod patch;
 mod response;
 

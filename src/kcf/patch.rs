@@ -1,7 +1,8 @@
 //! The windowed feature patch: grey in \[0,1\], mean removed, times a cosine window.
 
-use super::lanes;
 use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
+use crate::lanes;
 use crate::units::PixelPoint;
 
 /// The separable cosine (Hann) window, zero just outside the patch.
@@ -51,12 +52,20 @@ impl Sampler {
 
     /// Samples the pixels round `centre` bilinearly into `patch`, as grey in \[0,1\]; the frame's border continues outwards.
     /// Pixel (width/2, height/2) of the patch lies on `centre`.
-    pub fn sample(&mut self, frame: &GrayFrame, centre: PixelPoint, patch: &mut [f32]) {
+    pub fn sample(&mut self, mut pixels: impl Pixels, centre: PixelPoint, patch: &mut [f32]) {
         let width = self.between[0].len();
         let height = patch.len() / width;
         let (u0, v0) = (centre.u_px.floor(), centre.v_px.floor());
         let (fu, fv) = ((centre.u_px - u0) as f32, (centre.v_px - v0) as f32);
         let (left, top) = (u0 as isize - (width / 2) as isize, v0 as isize - (height / 2) as isize);
+        let reached = |first: isize, n: usize| first.max(0) as usize..(first + n as isize + 1).max(0) as usize;
+        let border = pixels.size_px();
+        // Beyond the border it is the border that is read.
+        let reached = |first: isize, n: usize, size: usize| {
+            let range = reached(first, n);
+            range.start.min(size - 1)..range.end.max(1)
+        };
+        let frame = pixels.region(reached(left, width, border.0), reached(top, height, border.1));
         self.between_columns(frame, (left, top), fu);
         for (j, target) in patch.chunks_exact_mut(width).enumerate() {
             self.between.swap(0, 1);

@@ -1,6 +1,6 @@
 //! The response map: its peak and its peak-to-sidelobe ratio.
 
-use super::lanes;
+use crate::lanes;
 use crate::units::PixelPoint;
 
 /// What the filter answers on one frame.

@@ -6,8 +6,9 @@
 //! | file | what it does |
 //! |---|---|
 //! | `estimate` | what is said of a frame |
-//! | `session`, `clock` | frames in, estimates out; time, repeated and frozen pictures |
+//! | `session`, `clock`, `previous` | frames in, estimates out; time, repeated and frozen pictures |
 //! | `view`, `orientation` | the picture as a method sees it: stripe along the rows, raster that fits the joint |
+//! | `picture` | makes of the picture what is looked at, and no more |
 //! | `paper` | the method of Du 2022 |
 //! | `robust` | our own |
 //! | `hairline`, `grid`, `grid_smooth` | joints that have neither edges nor a corner |
@@ -25,6 +26,8 @@ mod measures;
 mod orientation;
 mod paper;
 mod path;
+mod picture;
+mod previous;
 mod profile;
 mod robust;
 mod session;

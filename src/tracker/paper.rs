@@ -8,6 +8,7 @@ use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::lag::Links;
 use super::path::Memory;
+use super::picture::Picture;
 use super::session::{Follow, unseen};
 use super::view::{Field, View};
 use crate::frame::GrayFrame;
@@ -172,10 +173,11 @@ impl Follow for PaperTracker {
         self.seed_at = Some(centre);
     }
 
-    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn step(&mut self, picture: Picture<'_>, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
+        let field = picture.field();
         self.field = field;
-        let estimate = self.follow(frame, tick)?;
+        let estimate = self.follow(&picture.whole(), tick)?;
         let memory = Memory { beats: tick.beats, ..Memory::NOTHING };
         Ok(Estimate { memory, ..estimate }.in_picture(&View::new(field, Raster::PICTURE)))
     }

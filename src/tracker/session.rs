@@ -1,12 +1,11 @@
 //! Frames in, estimates out, one at a time.
 
-use std::borrow::Cow;
-
 use super::clock::{Clock, Tick};
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::lag::{Lag, Links};
 use super::path::Memory;
-use super::view::Field;
+use super::picture::Picture;
+use super::previous::Previous;
 use super::{Method, PaperTracker, RobustTracker, TrackerError, find_axis};
 use crate::calib::Sensor;
 use crate::frame::GrayFrame;
@@ -45,8 +44,8 @@ impl SessionSettings {
 pub trait Follow: Send {
     /// The user knows where the seam is in the next frame, given with the stripe along the rows.
     fn seed_at(&mut self, centre: PixelPoint);
-    /// One frame further, turned and cut out of the picture as `field` says.
-    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError>;
+    /// One frame further.
+    fn step(&mut self, picture: Picture<'_>, tick: Tick) -> Result<Estimate, TrackerError>;
     /// Time passes and nothing can be seen, for the reason `why`: the filter predicts.
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError>;
     /// Whether a picture that came before is to be looked at again.
@@ -70,7 +69,7 @@ pub struct Session {
     roi: Option<PixelRect>,
     lag: Option<Lag>,
     clock: Clock,
-    previous: Option<GrayFrame>,
+    previous: Previous,
     last: Estimate,
     /// The previous picture is not the last frame's: something was missed since.
     is_stale: bool,
@@ -98,7 +97,7 @@ impl Session {
             roi: settings.roi,
             lag: settings.lag.map(Lag::new),
             clock: Clock::default(),
-            previous: None,
+            previous: Previous::default(),
             last: Estimate::seeking(Observation::NoStripe),
             is_stale: false,
             repeated_beats: 0.0,
@@ -146,14 +145,13 @@ impl Session {
     /// When the frame's size differs from the first one's, or a covariance breaks down, which does not depend on what the
     /// frame shows.
     pub fn step(&mut self, frame: &GrayFrame, stamp_s: f64) -> Result<Estimate, TrackerError> {
-        if let Some(previous) = &self.previous {
-            let (first, now) = (size_px(previous), size_px(frame));
-            if first != now {
-                return Err(TrackerError::FrameSize { first, now });
-            }
+        if let (Some(first), now) = (self.previous.size_px(), size_px(frame))
+            && first != now
+        {
+            return Err(TrackerError::FrameSize { first, now });
         }
         let tick = self.clock.tick(stamp_s);
-        let is_repeated = self.previous.as_ref() == Some(frame);
+        let is_repeated = self.previous.is(frame);
         if !is_repeated && self.last.status == Status::Tracked {
             self.usual_beats = self.usual_beats.max(self.repeated_beats.min(FROZEN_AFTER_BEATS));
         }
@@ -174,11 +172,12 @@ impl Session {
             self.is_stale = false;
             self.look(frame, tick)?
         };
-        if !is_repeated {
-            self.previous = Some(frame.clone());
-        }
         self.wait(estimate.memory.beats <= 0.0);
-        self.last = Estimate { repeated: is_repeated, ..self.within_picture(estimate) };
+        let estimate = Self::within_picture(estimate, size_px(frame));
+        if !is_repeated {
+            self.previous.keep(frame, estimate.seam.map(|seam| seam.centre));
+        }
+        self.last = Estimate { repeated: is_repeated, ..estimate };
         Ok(self.last)
     }
 
@@ -190,38 +189,36 @@ impl Session {
         let tick = self.clock.tick(stamp_s);
         self.is_stale = true;
         let estimate = self.follow.miss(tick, Observation::Unreadable)?;
-        self.last = self.within_picture(estimate);
+        self.last = match self.previous.size_px() {
+            Some(size_px) => Self::within_picture(estimate, size_px),
+            None => estimate,
+        };
         self.wait(false);
         Ok(self.last)
     }
 
     /// A seam that is predicted beside the picture is lost: the camera is being led away, and nothing tells when that ends.
-    fn within_picture(&self, estimate: Estimate) -> Estimate {
-        let (Status::Coasting, Some(seam), Some(picture)) = (estimate.status, estimate.seam, &self.previous) else {
-            return estimate;
-        };
-        let (width, height) = (picture.width_px() as f64, picture.height_px() as f64);
+    fn within_picture(estimate: Estimate, (width, height): (usize, usize)) -> Estimate {
+        let (Status::Coasting, Some(seam)) = (estimate.status, estimate.seam) else { return estimate };
+        let (width, height) = (width as f64, height as f64);
         let is_inside = (0.0..width).contains(&seam.centre.u_px) && (0.0..height).contains(&seam.centre.v_px);
         if is_inside { estimate } else { Estimate { status: Status::Lost, seam: None, ..estimate } }
     }
 
-    fn look(&mut self, picture: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
-        let frame = match self.roi {
-            None => Cow::Borrowed(picture),
-            Some(roi) => Cow::Owned(picture.cropped(roi).ok_or(TrackerError::Roi { roi, picture: size_px(picture) })?),
+    fn look(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
+        let picture = |axis| {
+            let outside = |roi| TrackerError::Roi { roi, picture: size_px(frame) };
+            Picture::new(frame, axis, self.roi).ok_or_else(|| outside(self.roi.unwrap_or_default()))
         };
         if self.axis.is_none() {
-            self.axis = find_axis(&frame);
+            self.axis = find_axis(&picture(StripeAxis::Horizontal)?.whole());
         }
         let Some(axis) = self.axis else { return self.follow.miss(tick, Observation::NoStripe) };
-        let field = Field { axis, origin_px: self.roi.map_or((0, 0), |roi| (roi.u_px, roi.v_px)) };
+        let picture = picture(axis)?;
         if let Some(centre) = self.seed_at.take() {
-            self.follow.seed_at(field.field_from_picture(centre));
+            self.follow.seed_at(picture.field().field_from_picture(centre));
         }
-        match axis {
-            StripeAxis::Horizontal => self.follow.step(&frame, field, tick),
-            StripeAxis::Vertical => self.follow.step(&frame.transposed(), field, tick),
-        }
+        self.follow.step(picture, tick)
     }
 
     /// Whether the same picture once more may be the recorder's doing: then it stands for the same moment. Not when it has

@@ -61,6 +61,16 @@ impl View {
         self.field.axis
     }
 
+    /// The part of the field that it shows, if not all of it.
+    pub const fn part(&self) -> Option<PixelRect> {
+        self.part
+    }
+
+    /// Its raster.
+    pub const fn raster(&self) -> Raster {
+        self.raster
+    }
+
     /// The same part in another raster.
     pub const fn in_raster(self, raster: Raster) -> Self {
         Self { raster, ..self }

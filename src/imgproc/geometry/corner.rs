@@ -3,7 +3,7 @@
 use super::line::{self, FrameLine, Knowledge, Line};
 use super::ridge::{CrossSection, Search, ridge};
 use super::{HALF_WINDOW_PX, JointFit, JointModel, LEAST_SUPPORT_CORNER, Refusal, columns};
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
 
 /// Columns left out beside the V-groove's shoulder \[px\]; this and the next two in the smallest window.
@@ -22,7 +22,13 @@ const LEAST_BEND: f64 = 0.15;
 const SLACK_PX: f64 = 8.0;
 
 /// Fits both sides and intersects them, twice: the second time with the columns parted at the first corner.
-pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
+pub fn fit(
+    model: &JointModel,
+    frame: &mut impl Pixels,
+    u_px: f64,
+    dv_px: f64,
+    search_px: f64,
+) -> Result<JointFit, Refusal> {
     let section = CrossSection::new(model.stripe_sd_px);
     let window = columns(frame, u_px, model.half_window_px);
     let [on_left, on_right] = &model.flanks_px;
@@ -42,7 +48,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
                 return Err(Refusal::Border);
             }
             let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
-            let points = ridge(frame, columns, |u| prior.at(u - corner_u), &section, search);
+            let points = ridge(&mut *frame, columns, |u| prior.at(u - corner_u), &section, search);
             *fit = line::fit(&points, corner_u, prior, known, model.half_window_px);
         }
         let [Some(left), Some(right)] = fits else { return Err(Refusal::NoLine) };
@@ -90,25 +96,25 @@ fn row_variance_px2([left, right]: [Line; 2], [left_px2, right_px2]: [f64; 2]) -
 /// The plates beside the shoulders, where they are seen at their places, with the covariance of row and slope at the centre.
 fn plates(
     model: &JointModel,
-    frame: &GrayFrame,
+    frame: &mut impl Pixels,
     fit: &JointFit,
     dv_px: f64,
     section: &CrossSection,
 ) -> [Option<(Line, FrameLine)>; 2] {
     let Some(priors) = model.plates else { return [None, None] };
     let (u0_px, scale) = (fit.centre.u_px, model.half_window_px / HALF_WINDOW_PX);
-    let plate = |prior: Line, flanks: [Line; 2]| {
+    let mut plate = |prior: Line, flanks: [Line; 2]| {
         let (shoulder_du, _) = flanks[0].meets(prior)?;
         let near_px = shoulder_du.abs() + SHOULDER_PX * scale;
         let far_px = (near_px + PLATE_PX * scale).min(model.half_window_px);
         let ends = [near_px, far_px].map(|du| u0_px + shoulder_du.signum() * du);
         let (first, last) = (ends[0].min(ends[1]).ceil(), ends[0].max(ends[1]).floor());
-        if first < 0.0 || last >= frame.width_px() as f64 || last - first < LEAST_COLUMNS as f64 {
+        if first < 0.0 || last >= frame.size_px().0 as f64 || last - first < LEAST_COLUMNS as f64 {
             return None;
         }
         let prior = Line { v_px: prior.v_px + dv_px, ..prior };
         let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
-        let points = ridge(frame, first as usize..last as usize + 1, |u| prior.at(u - u0_px), section, search);
+        let points = ridge(&mut *frame, first as usize..last as usize + 1, |u| prior.at(u - u0_px), section, search);
         let middle_px = 0.5 * (first + last);
         let prior = prior.moved(middle_px - u0_px);
         let found = line::fit(&points, middle_px, prior, Knowledge::of_flank(PLATE_PX), PLATE_PX * scale)?;

@@ -4,8 +4,11 @@
 //! right line, with a truncated loss, a prior on the edges' distance and a weak one on their middle. It is looked at every
 //! pixel first, then every quarter of one round the best place.
 
+use std::cell::Cell;
 use std::ops::Range;
 use std::sync::LazyLock;
+
+use arrayvec::ArrayVec;
 
 /// Steps of the fine search a pixel; the coarse one takes whole pixels.
 const STEPS_PER_PX: isize = 4;
@@ -34,13 +37,20 @@ const OTHER_PLACE_PX: f64 = 3.0;
 const TEMPERATURE: f64 = 0.08;
 const RIVAL_TEMPERATURE: f64 = 0.5;
 
+/// Most columns of a stretch \[px\], and most middles that are looked at. Chosen: search ranges and gaps of a window of 160 px.
+pub const MOST_COLUMNS: usize = 384;
+const MOST_MIDDLES: usize = 512;
+
 /// One side's columns: presence of the stripe, 0 to 1, and weight.
 pub struct Presence {
-    lit: Vec<f64>,
-    weight: Vec<f64>,
+    columns: ArrayVec<(f64, f64), MOST_COLUMNS>,
     /// Summed mismatch of the columns before each, if all were expected lit, and dark.
-    if_lit: Vec<f64>,
-    if_dark: Vec<f64>,
+    if_lit: ArrayVec<f64, { MOST_COLUMNS + 1 }>,
+    if_dark: ArrayVec<f64, { MOST_COLUMNS + 1 }>,
+    /// Whether the stripe is expected lit before an edge, or behind it.
+    lit_before: bool,
+    /// Mismatch of the columns next to an edge, by its step; NaN where it was not asked for yet.
+    next_to_edge: [Cell<f64>; MOST_COLUMNS * STEPS_PER_PX as usize],
 }
 
 /// What is known beforehand; places are relative to the prediction \[px\].
@@ -73,31 +83,50 @@ pub struct EdgePair {
 }
 
 impl Presence {
-    /// Of columns with `lit` and `weight`.
-    pub fn new(lit: Vec<f64>, weight: Vec<f64>) -> Self {
+    /// Of columns with presence and weight, the first [`MOST_COLUMNS`]; lit before an edge, or behind it.
+    pub fn new(columns: impl Iterator<Item = (f64, f64)>, lit_before: bool) -> Self {
+        let columns: ArrayVec<_, MOST_COLUMNS> = columns.take(MOST_COLUMNS).collect();
         let sums = |expected: f64| {
-            let costs = lit.iter().zip(&weight).scan(0.0, move |sum, (&lit, &weight)| {
+            let costs = columns.iter().scan(0.0, move |sum, &(lit, weight)| {
                 *sum += mismatch(expected, lit, weight);
                 Some(*sum)
             });
             std::iter::once(0.0).chain(costs).collect()
         };
         let (if_lit, if_dark) = (sums(1.0), sums(0.0));
-        Self { lit, weight, if_lit, if_dark }
+        let next_to_edge = [const { Cell::new(f64::NAN) }; MOST_COLUMNS * STEPS_PER_PX as usize];
+        Self { columns, if_lit, if_dark, lit_before, next_to_edge }
     }
 
-    /// The mismatch of `columns` when the stripe is lit before (or behind) an edge at `step`.
-    fn cost(&self, step: isize, columns: Range<usize>, lit_before: bool) -> f64 {
+    /// The mismatch of `columns` with an edge at `step`.
+    fn cost(&self, step: isize, columns: Range<usize>) -> f64 {
         let at = |px: isize| (px.max(0) as usize).clamp(columns.start, columns.end);
         let edge_px = step.div_euclid(STEPS_PER_PX);
-        let (near, far) = (at(edge_px - EDGE_REACH_PX), at(edge_px + EDGE_REACH_PX + 2));
-        let (before, behind) = if lit_before { (&self.if_lit, &self.if_dark) } else { (&self.if_dark, &self.if_lit) };
-        let mut sum = before[near] - before[columns.start] + behind[columns.end] - behind[far];
-        for x in near..far {
-            let before = EDGE[(step - STEPS_PER_PX * (x as isize - EDGE_REACH_PX - 1)) as usize];
-            sum += mismatch(if lit_before { before } else { 1.0 - before }, self.lit[x], self.weight[x]);
+        let (first, end) = (edge_px - EDGE_REACH_PX, edge_px + EDGE_REACH_PX + 2);
+        let (near, far) = (at(first), at(end));
+        let (before, behind) =
+            if self.lit_before { (&self.if_lit, &self.if_dark) } else { (&self.if_dark, &self.if_lit) };
+        let beyond = before[near] - before[columns.start] + behind[columns.end] - behind[far];
+        if (far - near) as isize != end - first {
+            return beyond + self.next_to(step, near..far);
         }
-        sum
+        let known = &self.next_to_edge[step as usize];
+        if known.get().is_nan() {
+            known.set(self.next_to(step, near..far));
+        }
+        beyond + known.get()
+    }
+
+    /// The mismatch of these columns next to an edge at `step`.
+    fn next_to(&self, step: isize, columns: Range<usize>) -> f64 {
+        let first = columns.start as isize;
+        let ahead = (0..).map(|i| EDGE[(step - STEPS_PER_PX * (first + i - EDGE_REACH_PX - 1)) as usize]);
+        let expected = ahead.map(|before| if self.lit_before { before } else { 1.0 - before });
+        self.columns[columns]
+            .iter()
+            .zip(expected)
+            .map(|(&(lit, weight), expected)| mismatch(expected, lit, weight))
+            .sum()
     }
 }
 
@@ -128,23 +157,61 @@ impl Objective<'_> {
     fn data(&self, (left, right): Pair) -> f64 {
         let all = 0..self.columns;
         if self.expected.distinct {
-            return self.sides[0].cost(left, all.clone(), true) + self.sides[1].cost(right, all, false);
+            return self.sides[0].cost(left, all.clone()) + self.sides[1].cost(right, all);
         }
         let middle = 0.5 * (left + right) as f64 / STEPS_PER_PX as f64;
         let parting = ((middle + 0.5).round().max(0.0) as usize).min(self.columns);
-        self.sides[0].cost(left, 0..parting, true) + self.sides[1].cost(right, parting..self.columns, false)
+        self.sides[0].cost(left, 0..parting) + self.sides[1].cost(right, parting..self.columns)
     }
 
     /// The whole, infinite where the pair may not be.
     fn at(&self, pair: Pair) -> f64 {
-        let (middle, gap) = (self.middle(pair), (pair.1 - pair.0) as f64 / STEPS_PER_PX as f64);
-        let expected = self.expected;
-        if gap < expected.least_gap_px || middle.abs() > expected.search_px {
+        let middle = self.middle(pair);
+        if middle.abs() > self.expected.search_px {
             return f64::INFINITY;
         }
-        self.data(pair)
-            + 0.5 * ((gap - expected.gap_px) / expected.gap_sd_px).powi(2)
-            + 0.5 * POSITION_WEIGHT * (middle / POSITION_SD_PX).powi(2)
+        let prior = self.prior_of_gap(pair.1 - pair.0) + prior_of_middle(middle);
+        if prior.is_infinite() { prior } else { self.data(pair) + prior }
+    }
+
+    /// What is expected of the edges' distance \[steps\]; infinite where it may not be.
+    fn prior_of_gap(&self, gap: isize) -> f64 {
+        let gap_px = gap as f64 / STEPS_PER_PX as f64;
+        let expected = self.expected;
+        if gap_px < expected.least_gap_px {
+            return f64::INFINITY;
+        }
+        0.5 * ((gap_px - expected.gap_px) / expected.gap_sd_px).powi(2)
+    }
+
+    /// The best pair of whole pixels from `first` to `last` of which the middle lies at half of `sum` \[px\].
+    fn best_of_middle(&self, sum: isize, (first, last): (isize, isize)) -> (Pair, f64) {
+        let mut best = ((0, 0), f64::INFINITY);
+        let middle = self.du(0.5 * (sum * STEPS_PER_PX) as f64);
+        if middle.abs() > self.expected.search_px {
+            return best;
+        }
+        let prior_of_middle = prior_of_middle(middle);
+        // From the expected distance on, larger ones, then smaller ones: as long as the prior alone is not worse than all.
+        let expected = self.expected.gap_px.round() as isize;
+        let start = expected + (expected + sum).rem_euclid(2);
+        let most = (sum - 2 * first).min(2 * last - sum);
+        let larger = (start..=most).step_by(2);
+        let smaller = (0..).map(|i| start - 2 - 2 * i).take_while(|&gap| gap >= -most);
+        for gaps in [&mut larger.into_iter() as &mut dyn Iterator<Item = isize>, &mut smaller.into_iter()] {
+            for gap in gaps.skip_while(|gap| *gap > most) {
+                let prior = self.prior_of_gap(gap * STEPS_PER_PX) + prior_of_middle;
+                if prior >= best.1 || prior.is_infinite() {
+                    break;
+                }
+                let pair = ((sum - gap) / 2 * STEPS_PER_PX, (sum + gap) / 2 * STEPS_PER_PX);
+                let value = self.data(pair) + prior;
+                if value < best.1 {
+                    best = (pair, value);
+                }
+            }
+        }
+        best
     }
 
     /// The best pair within `reach` of `pair`, with its value.
@@ -156,25 +223,22 @@ impl Objective<'_> {
     }
 }
 
+/// What is expected of the middle, where it may be \[px\].
+fn prior_of_middle(middle: f64) -> f64 {
+    0.5 * POSITION_WEIGHT * (middle / POSITION_SD_PX).powi(2)
+}
+
 /// The best pair of edges; none where none is allowed.
 pub fn find(sides: &[Presence; 2], expected: &Expected) -> Option<EdgePair> {
-    let columns = sides[0].lit.len();
+    let columns = sides[0].columns.len().min(sides[1].columns.len());
     let objective = Objective { sides, expected, columns };
     let reach_px = expected.search_px + 0.5 * expected.gap_px.abs() + expected.gap_sd_px + 1.5;
     let end = |du: f64| (du - expected.first_du).round() as isize;
     let (first, last) = (end(-reach_px), end(reach_px));
     // The best pair of each middle, in half pixels.
-    let mut best_of = vec![((0, 0), f64::INFINITY); (2 * (last - first) + 1).max(0) as usize];
-    for left in first..=last {
-        for right in first..=last {
-            let pair = (left * STEPS_PER_PX, right * STEPS_PER_PX);
-            let value = objective.at(pair);
-            let best = &mut best_of[(left + right - 2 * first) as usize];
-            if value < best.1 {
-                *best = (pair, value);
-            }
-        }
-    }
+    let sums = 2 * first..=2 * last;
+    let best_of = sums.map(|sum| objective.best_of_middle(sum, (first, last))).filter(|best| best.1.is_finite());
+    let best_of: ArrayVec<(Pair, f64), MOST_MIDDLES> = best_of.take(MOST_MIDDLES).collect();
     let least = |a: (Pair, f64), b: &(Pair, f64)| if b.1 < a.1 { *b } else { a };
     let coarse = best_of.iter().fold(((0, 0), f64::INFINITY), least);
     if coarse.1.is_infinite() {
@@ -191,7 +255,7 @@ pub fn find(sides: &[Presence; 2], expected: &Expected) -> Option<EdgePair> {
     // Two places, the other of which has this share of the probability.
     let odds = if rival_value.is_finite() { (-margin / RIVAL_TEMPERATURE).exp() } else { 0.0 };
     let rival_px2 = odds / (1.0 + odds) * away_px(rival).powi(2);
-    let weight: f64 = sides.iter().flat_map(|side| &side.weight).sum::<f64>() * 0.5;
+    let weight: f64 = sides.iter().flat_map(|side| &side.columns).map(|(_, weight)| weight).sum::<f64>() * 0.5;
     Some(EdgePair {
         left_du: objective.du(left),
         right_du: objective.du(right),
@@ -230,9 +294,9 @@ mod tests {
         let lit = (0..58).map(|x| {
             let ahead = edge_du - (EXPECTED.first_du + f64::from(x));
             let is_before = 1.0 / (1.0 + (-ahead / EDGE_WIDTH_PX).exp());
-            if before { is_before } else { 1.0 - is_before }
+            (if before { is_before } else { 1.0 - is_before }, 1.0)
         });
-        Presence::new(lit.collect(), vec![1.0; 58])
+        Presence::new(lit, before)
     }
 
     #[test]
@@ -260,23 +324,21 @@ mod tests {
     fn two_gaps_alike_leave_the_place_open_and_the_variance_says_so() {
         let both = |right: bool| {
             let dark = |x: f64| (-9.0..-4.0).contains(&x) || (4.0..9.0).contains(&x) || (right && x < -4.0);
-            let lit = (0..58).map(|x| f64::from(u8::from(!dark(EXPECTED.first_du + f64::from(x)))));
-            Presence::new(lit.collect(), vec![1.0; 58])
+            let lit = (0..58).map(|x| (f64::from(u8::from(!dark(EXPECTED.first_du + f64::from(x)))), 1.0));
+            Presence::new(lit, !right)
         };
-        let found = find(&[both(false), both(false)], &Expected { gap_px: 5.0, ..EXPECTED }).unwrap();
+        let found = find(&[both(false), both(true)], &Expected { gap_px: 5.0, ..EXPECTED }).unwrap();
         assert!(found.margin < 1.0 && found.variance_px2 > 1.0, "{found:?}");
     }
 
     #[test]
     fn a_covered_stripe_costs_much_and_columns_without_weight_cost_nothing() {
-        let dark = || Presence::new(vec![0.0; 58], vec![1.0; 58]);
-        assert!(find(&[dark(), dark()], &EXPECTED).unwrap().cost > 0.3);
+        let dark = |before| Presence::new([(0.0, 1.0); 58].into_iter(), before);
+        assert!(find(&[dark(true), dark(false)], &EXPECTED).unwrap().cost > 0.3);
         let glare = |edge_du: f64, before: bool| {
-            let Presence { mut lit, mut weight, .. } = lit(edge_du, before);
-            for x in 40..50 {
-                (lit[x], weight[x]) = (0.5, 0.0);
-            }
-            Presence::new(lit, weight)
+            let mut columns = lit(edge_du, before).columns;
+            columns[40..50].fill((0.5, 0.0));
+            Presence::new(columns.into_iter(), before)
         };
         let found = find(&[glare(-6.0, true), glare(6.0, false)], &EXPECTED).unwrap();
         assert!(found.cost < 0.003 && (0.5 * (found.left_du + found.right_du)).abs() < 0.1, "{found:?}");

@@ -4,11 +4,13 @@
 //! the left edge the left line should be lit, behind the right edge the right line, with a truncated loss, a prior on
 //! their distance and a weak one on their middle.
 
+use arrayvec::ArrayVec;
+
 use super::edge_pair::{self, Expected, Presence};
 use super::line::{self, Line, SideFit};
-use super::ridge::{CrossSection, Search, ridge};
+use super::ridge::{CrossSection, RidgePoint, Search, ridge};
 use super::{EVEN_VARIANCE_PX2, EdgeQuality, HALF_WINDOW_PX, JointFit, JointKind, JointModel, Refusal, columns};
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
 
 /// Gap before any was measured \[px\]. Prototype.
@@ -43,12 +45,17 @@ const PRESENCE_PRIOR_SD_PX: f64 = 8.0;
 /// Presence as a share of the side's amplitude that counts as dark, and the range up to lit.
 const DARK_SHARE: f64 = 0.05;
 const LIT_RANGE: f64 = 0.22;
-/// Background above which a column says little, and its weight then: the sensor is full \[grey\].
-const GLARE_GREY: f64 = 235.0;
+/// Weight of a column in glare.
 const GLARE_WEIGHT: f64 = 0.1;
 
 /// Fits both sides, then both edges.
-pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
+pub fn fit(
+    model: &JointModel,
+    frame: &mut impl Pixels,
+    u_px: f64,
+    dv_px: f64,
+    search_px: f64,
+) -> Result<JointFit, Refusal> {
     let section = CrossSection::new(model.stripe_sd_px);
     let first_gap_px = if model.kind == JointKind::Butt { FIRST_GAP_BUTT_PX } else { FIRST_GAP_LAP_PX };
     let gap_px = model.gap_px.unwrap_or(first_gap_px);
@@ -70,7 +77,7 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
         }
         let prior = Line { v_px: line.v_px + dv_px, ..line };
         let search = Search { half_band_px: 14, prior_sd_px: 6.4 };
-        let points = ridge(frame, columns, |u| prior.at(u - u_px), &section, search);
+        let points = ridge(&mut *frame, columns, |u| prior.at(u - u_px), &section, search);
         *fit = line::fit(&points, u_px, prior, known, AMPLITUDE_REACH_PX);
     }
     let [Some(left), Some(right)] = fits else { return Err(Refusal::NoLine) };
@@ -81,11 +88,12 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
     }
     let first_du = stretch.start as f64 - u_px;
     let distinct = (right.line.v_px - left.line.v_px).abs() > DISTINCT_PX;
-    let presence = |side: &SideFit, other: &SideFit| {
+    let mut presence = |side: &SideFit, other: &SideFit, lit_before: bool| {
         let other = distinct.then_some(other.line);
-        presence(frame, stretch.clone(), u_px, (side, other), &section)
+        let columns = presence(&mut *frame, stretch.clone(), u_px, (side, other), &section);
+        Presence::new(columns.into_iter(), lit_before)
     };
-    let presences = [presence(&left, &right), presence(&right, &left)];
+    let presences = [presence(&left, &right, true), presence(&right, &left, false)];
     let least_gap_px = if distinct { -LARGEST_OVERLAP_PX } else { LEAST_GAP_PX };
     let expected = Expected { first_du, search_px, gap_px, gap_sd_px, least_gap_px, distinct };
     let found = edge_pair::find(&presences, &expected).ok_or(Refusal::NoLine)?;
@@ -112,36 +120,33 @@ pub fn fit(model: &JointModel, frame: &GrayFrame, u_px: f64, dv_px: f64, search_
     })
 }
 
-fn columns_within(frame: &GrayFrame, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
+fn columns_within(frame: &impl Pixels, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
     let first = (u_px - half_px).ceil().max(0.0) as usize;
-    let end = ((u_px + half_px).floor() as usize + 1).min(frame.width_px());
-    first..end.max(first)
+    let end = ((u_px + half_px).floor() as usize + 1).min(frame.size_px().0);
+    first..end.clamp(first, first + edge_pair::MOST_COLUMNS)
 }
 
-/// Where a side's stripe is; what lies nearer to the `other` side's line, if that is apart, is the other's.
+/// Where a side's stripe is, and how much each column says; what lies nearer to the `other` side's line, if that is apart, is the other's.
 fn presence(
-    frame: &GrayFrame,
+    frame: impl Pixels,
     stretch: std::ops::Range<usize>,
     u_px: f64,
     (side, other): (&SideFit, Option<Line>),
     section: &CrossSection,
-) -> Presence {
+) -> ArrayVec<(f64, f64), { edge_pair::MOST_COLUMNS }> {
     let search = Search { half_band_px: 16, prior_sd_px: PRESENCE_PRIOR_SD_PX };
     let points = ridge(frame, stretch, |u| side.line.at(u - u_px), section, search);
-    let lit = points
-        .iter()
-        .map(|p| {
-            let off_px = |line: Line| (p.v_px - line.at(p.u_px - u_px)).abs();
-            if other.is_some_and(|other| off_px(other) < off_px(side.line)) {
-                return 0.0;
-            }
-            let near = (-0.5 * (off_px(side.line) / PRESENCE_SD_PX).powi(2)).exp();
-            let strength = p.amplitude * near * ((p.quality - 0.2) / 0.4).clamp(0.0, 1.0);
-            ((strength / (side.amplitude + 1e-3) - DARK_SHARE) / LIT_RANGE).clamp(0.0, 1.0)
-        })
-        .collect();
-    let weight = points.iter().map(|p| if p.background > GLARE_GREY { GLARE_WEIGHT } else { 1.0 }).collect();
-    Presence::new(lit, weight)
+    let lit = |p: &RidgePoint| {
+        let off_px = |line: Line| (p.v_px - line.at(p.u_px - u_px)).abs();
+        if other.is_some_and(|other| off_px(other) < off_px(side.line)) {
+            return 0.0;
+        }
+        let near = (-0.5 * (off_px(side.line) / PRESENCE_SD_PX).powi(2)).exp();
+        let strength = p.amplitude * near * ((p.quality - 0.2) / 0.4).clamp(0.0, 1.0);
+        ((strength / (side.amplitude + 1e-3) - DARK_SHARE) / LIT_RANGE).clamp(0.0, 1.0)
+    };
+    let weight = |p: &RidgePoint| if p.has_glare { GLARE_WEIGHT } else { 1.0 };
+    points.iter().map(|p| (lit(p), weight(p))).collect()
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::peaks::{Peak, consensus_line, median, peaks, stripe_sd};
 use super::ridge::{CrossSection, RidgePoint, Search, ridge};
 use super::{HALF_WINDOW_PX, JointKind, JointModel, LEAST_GAP_SD_PX, columns};
 use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
 
 /// Columns left out beside the seed \[px\] when the sides' lines are fitted. Prototype.
@@ -113,12 +114,12 @@ fn reaches_root(peaks: &[Peak], [left, right]: [Line; 2]) -> bool {
 
 /// Whether a stripe of `stripe_sd_px` goes straight through at `place`, seen in nearly every column: there is no joint.
 #[must_use]
-pub fn is_plain(frame: &GrayFrame, place: PixelPoint, half_window_px: f64, stripe_sd_px: f64) -> bool {
-    let Some(line) = consensus_line(&peaks(frame, place, half_window_px), INLIER_PX) else { return false };
+pub fn is_plain(mut pixels: impl Pixels, place: PixelPoint, half_window_px: f64, stripe_sd_px: f64) -> bool {
+    let Some(line) = consensus_line(&peaks(&mut pixels, place, half_window_px), INLIER_PX) else { return false };
     let search = Search { half_band_px: PLAIN_BAND_PX, prior_sd_px: 8.0 };
-    let columns = columns(frame, place.u_px, half_window_px);
+    let columns = columns(&pixels, place.u_px, half_window_px);
     let count = columns.len() as f64;
-    let points = ridge(frame, columns, |u| line.at(u - place.u_px), &CrossSection::new(stripe_sd_px), search);
+    let points = ridge(pixels, columns, |u| line.at(u - place.u_px), &CrossSection::new(stripe_sd_px), search);
     let is_stripe =
         |p: &&RidgePoint| p.quality > PLAIN_QUALITY && (p.v_px - line.at(p.u_px - place.u_px)).abs() < INLIER_PX;
     let on_line: Vec<f64> = points.iter().filter(is_stripe).map(|p| p.u_px - place.u_px).collect();

@@ -1,9 +1,10 @@
 //! A robust line through a side's ridge: straight, or bent as a curved plate is.
 
+use arrayvec::ArrayVec;
 use nalgebra::{Matrix2, Matrix3, Vector2, Vector3};
 
 use super::peaks::median;
-use super::ridge::RidgePoint;
+use super::ridge::{MOST_COLUMNS, RidgePoint};
 
 /// A line v = `v_px` + `slope`·du + ½ `curvature_per_px`·du², du being the distance from a reference column.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -152,7 +153,7 @@ fn prior_weight(point: &RidgePoint) -> f64 {
 /// Fits a line through `points` near `prior` (both relative to column `u0_px`): an offset vote, then Tukey rounds with
 /// what is `known` of slope and curvature. None when too few columns agree.
 pub fn fit(points: &[RidgePoint], u0_px: f64, prior: Line, known: Knowledge, reach_px: f64) -> Option<SideFit> {
-    let weights: Vec<f64> = points.iter().map(prior_weight).collect();
+    let weights: ArrayVec<f64, MOST_COLUMNS> = points.iter().take(MOST_COLUMNS).map(prior_weight).collect();
     if weights.iter().sum::<f64>() < LEAST_WEIGHT + 1.0 {
         return None;
     }
@@ -295,9 +296,10 @@ fn vote(points: &[RidgePoint], weights: &[f64], u0_px: f64, prior: Line) -> f64 
 fn typical_amplitude(points: &[RidgePoint], u0_px: f64, line: Line, reach_px: f64) -> f64 {
     let on_line = |p: &&RidgePoint| (p.v_px - line.at(p.u_px - u0_px)).abs() < 1.5;
     let good = |p: &&RidgePoint| p.quality > 0.5 && (p.u_px - u0_px).abs() < reach_px;
-    let mut near: Vec<f64> = points.iter().filter(on_line).filter(good).map(|p| p.amplitude).collect();
+    let mut near: ArrayVec<f64, MOST_COLUMNS> =
+        points.iter().filter(on_line).filter(good).map(|p| p.amplitude).take(MOST_COLUMNS).collect();
     if near.len() <= 6 {
-        near = points.iter().filter(on_line).map(|p| p.amplitude).collect();
+        near = points.iter().filter(on_line).map(|p| p.amplitude).take(MOST_COLUMNS).collect();
     }
     median(&mut near).unwrap_or(0.0)
 }
@@ -312,7 +314,7 @@ mod tests {
             .map(|i| {
                 let u = f64::from(i);
                 let wild = if i % 3 == 0 { 5.0 + f64::from(i % 7) } else { 0.0 };
-                RidgePoint { u_px: u, v_px: 100.0 + 0.1 * u + wild, quality: 0.9, amplitude: 100.0, background: 9.0 }
+                RidgePoint { u_px: u, v_px: 100.0 + 0.1 * u + wild, quality: 0.9, amplitude: 100.0, has_glare: false }
             })
             .collect();
         let prior = Line::straight(101.5, 0.1);
@@ -325,7 +327,7 @@ mod tests {
     #[test]
     fn columns_without_stripe_make_no_line() {
         let points: Vec<RidgePoint> = (0..60)
-            .map(|i| RidgePoint { u_px: f64::from(i), v_px: 100.0, quality: 0.2, amplitude: 3.0, background: 9.0 })
+            .map(|i| RidgePoint { u_px: f64::from(i), v_px: 100.0, quality: 0.2, amplitude: 3.0, has_glare: false })
             .collect();
         let prior = Line::straight(100.0, 0.0);
         assert!(fit(&points, 0.0, prior, Knowledge::of_plate(), 55.0).is_none());
@@ -333,7 +335,7 @@ mod tests {
 
     fn pipe(u: f64) -> RidgePoint {
         let v_px = 100.0 + 0.02 * u + 0.5 * 0.002 * u * u;
-        RidgePoint { u_px: u, v_px, quality: 0.9, amplitude: 100.0, background: 9.0 }
+        RidgePoint { u_px: u, v_px, quality: 0.9, amplitude: 100.0, has_glare: false }
     }
 
     #[test]

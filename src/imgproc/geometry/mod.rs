@@ -24,7 +24,7 @@ use std::ops::Range;
 
 use nalgebra::Matrix2;
 
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
 
 /// The kind of a joint, by how its centre is defined.
@@ -248,15 +248,15 @@ impl JointModel {
     ///
     /// # Errors
     /// When there is nothing to fit.
-    pub fn fit(&self, frame: &GrayFrame, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
+    pub fn fit(&self, mut pixels: impl Pixels, u_px: f64, dv_px: f64, search_px: f64) -> Result<JointFit, Refusal> {
         let near_border = 6.0;
-        if !(near_border..=frame.width_px() as f64 - 1.0 - near_border).contains(&u_px) {
+        if !(near_border..=pixels.size_px().0 as f64 - 1.0 - near_border).contains(&u_px) {
             return Err(Refusal::Border);
         }
         if self.kind.has_edges() {
-            edges::fit(self, frame, u_px, dv_px, search_px)
+            edges::fit(self, &mut pixels, u_px, dv_px, search_px)
         } else {
-            corner::fit(self, frame, u_px, dv_px, search_px)
+            corner::fit(self, &mut pixels, u_px, dv_px, search_px)
         }
     }
 
@@ -293,8 +293,8 @@ impl JointModel {
 }
 
 /// The integer columns within `half_px` of `u_px` that lie in the frame.
-fn columns(frame: &GrayFrame, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
+fn columns(frame: &impl Pixels, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
     let first = (u_px.round() - half_px).max(0.0) as usize;
-    let last = (u_px.round() + half_px).min(frame.width_px() as f64 - 1.0) as usize;
+    let last = (u_px.round() + half_px).min(frame.size_px().0 as f64 - 1.0) as usize;
     first..last + 1
 }

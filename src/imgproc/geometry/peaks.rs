@@ -3,6 +3,7 @@
 use super::columns;
 use super::line::Line;
 use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
 
 /// Rows above and below the seed in which the stripe is sought, as a share of the half window: deeper than any joint.
@@ -32,11 +33,13 @@ pub struct Peak {
 }
 
 /// The brightest row of each column near the seed, after a smoothing across the stripe; faint columns left out.
-pub fn peaks(frame: &GrayFrame, seed: PixelPoint, half_window_px: f64) -> Vec<Peak> {
+pub fn peaks(mut pixels: impl Pixels, seed: PixelPoint, half_window_px: f64) -> Vec<Peak> {
     let centre = seed.v_px.round().max(0.0) as usize;
     let reach = (REACH_SHARE * half_window_px) as usize;
-    let rows = centre.saturating_sub(reach)..(centre + reach + 1).min(frame.height_px());
-    let mut peaks: Vec<Peak> = columns(frame, seed.u_px, half_window_px)
+    let rows = centre.saturating_sub(reach)..(centre + reach + 1).min(pixels.size_px().1);
+    let columns = columns(&pixels, seed.u_px, half_window_px);
+    let frame = pixels.region(columns.clone(), rows.start.saturating_sub(4)..rows.end + 4);
+    let mut peaks: Vec<Peak> = columns
         .map(|u| {
             let smooth = |v: usize| {
                 (-3isize..=3)

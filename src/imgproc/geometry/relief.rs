@@ -5,7 +5,7 @@
 //! bent; a mark lies on the line, and often the stripe is seen through it, only darker.
 
 use super::peaks::median;
-use super::ridge::{CrossSection, RidgePoint, Search, ridge};
+use super::ridge::{CrossSection, Ridge, RidgePoint, Search, ridge};
 use super::{EdgeQuality, JointFit, Line};
 use crate::frame::GrayFrame;
 
@@ -268,13 +268,7 @@ fn has_island(columns: &[f64], half_px: f64) -> bool {
 }
 
 /// The brightest ridge of each column from `from` to `to` of the centre \[px\], wherever it lies.
-fn near(
-    frame: &GrayFrame,
-    fit: &JointFit,
-    line: Line,
-    between_px: (f64, f64),
-    section: &CrossSection,
-) -> Vec<RidgePoint> {
+fn near(frame: &GrayFrame, fit: &JointFit, line: Line, between_px: (f64, f64), section: &CrossSection) -> Ridge {
     let search = Search { half_band_px: REACH_PX, prior_sd_px: f64::from(u16::MAX) };
     ridge_between(frame, fit, line, between_px, section, search)
 }
@@ -287,7 +281,7 @@ fn ridge_between(
     (from, to): (f64, f64),
     section: &CrossSection,
     search: Search,
-) -> Vec<RidgePoint> {
+) -> Ridge {
     let first = (fit.centre.u_px + from).ceil().max(0.0) as usize;
     let end = ((fit.centre.u_px + to).floor().max(-1.0) + 1.0).min(frame.width_px() as f64) as usize;
     ridge(frame, first..end.max(first), |u| line.at(u - fit.centre.u_px), section, search)

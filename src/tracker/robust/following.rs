@@ -12,7 +12,7 @@ use super::part::{Part, Parts};
 use super::seed::Seed;
 use super::sighting::{Sighting, Unsighted};
 use crate::calib::Sensor;
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::imgproc::geometry::{JointFit, JointKind, PLAIN_REACH_PX, Refusal};
 use crate::kcf::Kcf;
 use crate::tracker::TrackerError;
@@ -217,7 +217,7 @@ impl Following {
     /// When a covariance breaks down.
     pub fn step(
         &mut self,
-        frame: &GrayFrame,
+        frame: &mut impl Pixels,
         beats: f64,
         is_lost: bool,
         kcf: &mut Kcf,
@@ -228,8 +228,8 @@ impl Following {
         let seen = match &mut self.eye {
             Eye::Geometry(eye) if is_lost => eye.search(frame, &self.judge),
             Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading),
-            Eye::Hairline(eye) if is_lost => eye.search(frame),
-            Eye::Hairline(eye) => eye.look(frame),
+            Eye::Hairline(eye) if is_lost => eye.search(frame.whole()),
+            Eye::Hairline(eye) => eye.look(frame.whole()),
         };
         let outcome = match seen {
             Ok(sighting) => self.judge_sighting(sighting, &reading, noise, is_lost)?,
@@ -295,7 +295,7 @@ impl Following {
     /// The frame shows no seam to be trusted: the correlation filter may stand in for a while.
     fn do_without(
         &mut self,
-        frame: &GrayFrame,
+        frame: &mut impl Pixels,
         unsighted: Unsighted,
         beats: f64,
         is_lost: bool,
@@ -436,7 +436,7 @@ fn mm_per_px(sensor: &Sensor, view: &View, place: PixelPoint) -> Option<f64> {
     sensor.has_millimetres().then_some(mm_per_px)
 }
 
-fn ask(kcf: &mut Kcf, frame: &GrayFrame, around: PixelPoint) -> KcfReading {
+fn ask(kcf: &mut Kcf, frame: &mut impl Pixels, around: PixelPoint) -> KcfReading {
     let response = kcf.detect(frame, around);
     KcfReading {
         peak: response.peak,

@@ -5,7 +5,7 @@ use super::judge::Judge;
 use super::noise;
 use super::part::{Part, Parts};
 use super::sighting::{Sighting, Unsighted};
-use crate::frame::GrayFrame;
+use crate::imgproc::Pixels;
 use crate::imgproc::geometry::{JointFit, JointModel, Line, Refusal, is_plain};
 use crate::imgproc::stripe_path;
 use crate::tracker::estimate::{CrossSection, Evidence, KcfReading, Side};
@@ -50,15 +50,15 @@ impl GeometryEye {
     }
 
     /// The best fit near the prediction, or near the KCF's peak where that is elsewhere.
-    pub fn look(&mut self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
+    pub fn look(&mut self, frame: &mut impl Pixels, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
         self.searched = 0;
         self.near(frame, judge, kcf).map(|fit| self.sighting(fit))
     }
 
     /// The best fit in a part of the whole frame, or where the last sightings were.
-    pub fn search(&mut self, frame: &GrayFrame, judge: &Judge) -> Result<Sighting, Unsighted> {
+    pub fn search(&mut self, frame: &mut impl Pixels, judge: &Judge) -> Result<Sighting, Unsighted> {
         let (u_px, _) = judge.position();
-        let mut columns: Vec<f64> = (SEARCH_BORDER_PX..frame.width_px().saturating_sub(SEARCH_BORDER_PX))
+        let mut columns: Vec<f64> = (SEARCH_BORDER_PX..frame.size_px().0.saturating_sub(SEARCH_BORDER_PX))
             .step_by(SEARCH_STEP_PX)
             .map(|u| u as f64)
             .collect();
@@ -91,14 +91,14 @@ impl GeometryEye {
 
     /// Whether the stripe goes straight through at `place`, or in its column wherever the stripe is: where a corner has
     /// ended, plates may lie far from where it was.
-    pub fn sees_plain_stripe(&self, frame: &GrayFrame, place: PixelPoint) -> bool {
-        let is_plain = |place| is_plain(frame, place, self.model.half_window_px, self.model.stripe_sd_px);
-        let in_column = || {
-            let column = place.u_px.round().max(0.0) as usize;
-            let v_px = *stripe_path(frame)?.get(column)? as f64;
-            Some(PixelPoint::new(place.u_px, v_px))
-        };
-        is_plain(place) || in_column().is_some_and(is_plain)
+    pub fn sees_plain_stripe(&self, frame: &mut impl Pixels, place: PixelPoint) -> bool {
+        let (half_window_px, stripe_sd_px) = (self.model.half_window_px, self.model.stripe_sd_px);
+        if is_plain(&mut *frame, place, half_window_px, stripe_sd_px) {
+            return true;
+        }
+        let column = place.u_px.round().max(0.0) as usize;
+        let row = stripe_path(frame.whole()).and_then(|path| path.get(column).copied());
+        row.is_some_and(|row| is_plain(frame, PixelPoint::new(place.u_px, row as f64), half_window_px, stripe_sd_px))
     }
 
     /// Takes over what an accepted fit says.
@@ -106,7 +106,7 @@ impl GeometryEye {
         self.model.learn(fit);
     }
 
-    fn near(&self, frame: &GrayFrame, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Unsighted> {
+    fn near(&self, frame: &mut impl Pixels, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Unsighted> {
         let (u_px, variance_px2) = judge.position();
         let extra_px = EXTRA_PER_STD * (variance_px2 - 1.0).max(0.0).sqrt();
         let search_px = SEARCH_PX + extra_px.min(MOST_EXTRA_PX);
@@ -129,7 +129,7 @@ impl GeometryEye {
     /// The least bad of the trustworthy fits; else why the first place had none.
     fn best(
         &self,
-        frame: &GrayFrame,
+        frame: &mut impl Pixels,
         places: impl Iterator<Item = (f64, f64)>,
         search_px: f64,
         badness: impl Fn(&JointFit) -> f64,
@@ -137,7 +137,7 @@ impl GeometryEye {
         let mut best: Option<JointFit> = None;
         let mut first_unsighted = None;
         for (u_px, dv_px) in places {
-            let unsighted = match self.model.fit(frame, u_px, dv_px, search_px) {
+            let unsighted = match self.model.fit(&mut *frame, u_px, dv_px, search_px) {
                 Err(refusal) => refusal.into(),
                 Ok(fit) => match fit.refusal().filter(|_| self.parts.has(Part::FitGates)) {
                     Some(refusal) => Unsighted { refusal, evidence: evidence(&fit) },

@@ -46,12 +46,12 @@ use super::clock::Tick;
 use super::estimate::{Estimate, JointDecision, Observation, Status};
 use super::lag::Links;
 use super::path::{Event, Memory, REMEMBERED};
+use super::picture::{Darkroom, Developed, Picture};
 use super::session::Follow;
-use super::view::{Field, View};
+use super::view::View;
 use crate::calib::Sensor;
-use crate::frame::GrayFrame;
 use crate::imgproc::geometry::JointKind;
-use crate::imgproc::{MedianKernel, Raster, median};
+use crate::imgproc::{MedianKernel, Pixels, Raster};
 use crate::kcf::{Kcf, KcfSettings};
 use crate::units::PixelPoint;
 
@@ -96,6 +96,7 @@ enum Phase {
 pub struct RobustTracker {
     settings: RobustSettings,
     sensor: Sensor,
+    darkroom: Option<Darkroom>,
     kcf: Kcf,
     phase: Phase,
     joint: Option<JointDecision>,
@@ -120,6 +121,7 @@ impl RobustTracker {
     /// When a KCF setting is out of range.
     pub fn new(settings: &RobustSettings, sensor: Sensor) -> Result<Self, TrackerError> {
         Ok(Self {
+            darkroom: None,
             kcf: Kcf::new(settings.kcf)?,
             settings: settings.clone(),
             sensor,
@@ -132,22 +134,29 @@ impl RobustTracker {
         })
     }
 
-    fn seek(&mut self, frame: &GrayFrame, field: Field, beats: f64) -> Result<Estimate, TrackerError> {
+    fn seek(&mut self, field: &mut Developed<'_>, beats: f64) -> Result<Estimate, TrackerError> {
         let Phase::Seeking(places) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
-        let (part, raster, found) = places.look(frame);
+        let origin = field.origin();
+        let (part, raster, found) = places.look(field.whole());
         if let (Found::Nothing { .. }, Some((place, elsewhere))) = (&found, places.asked_in_vain()) {
-            let view = View::new(field, Raster::PICTURE);
+            let view = View::new(origin, Raster::PICTURE);
             return Err(TrackerError::NothingAtSeed {
                 seed: view.picture_from_view(place),
                 frames: ASKED_FRAMES,
                 elsewhere: elsewhere.map(|(kind, centre)| (kind.name(), view.picture_from_view(centre))),
             });
         }
-        self.begin(frame, View::of_part(field, part, raster), found, beats)
+        self.begin(field, View::of_part(origin, part, raster), found, beats)
     }
 
     /// Begins to follow what was found.
-    fn begin(&mut self, frame: &GrayFrame, view: View, found: Found, beats: f64) -> Result<Estimate, TrackerError> {
+    fn begin(
+        &mut self,
+        field: &mut Developed<'_>,
+        view: View,
+        found: Found,
+        beats: f64,
+    ) -> Result<Estimate, TrackerError> {
         let mut before = [None; REMEMBERED];
         let (following, sighting, (kind, reason, doubt)) = match found {
             Found::Nothing { stripe_seen, evidence } => {
@@ -169,8 +178,8 @@ impl RobustTracker {
                 (following, *sighting, (JointKind::Butt, reason, None))
             }
         };
-        if let Some(frame) = view.frame(frame) {
-            self.kcf.train(&frame, sighting.centre);
+        if let Some(frame) = field.in_view(view) {
+            self.kcf.train(frame, sighting.centre);
         }
         let estimate = Estimate {
             status: Status::Tracked,
@@ -197,7 +206,7 @@ impl RobustTracker {
     }
 
     /// Whether another joint shows where the one that is followed should be, or anywhere once that is lost.
-    fn rival(&mut self, frame: &GrayFrame) -> Option<(View, Found)> {
+    fn rival(&mut self, field: &mut Developed<'_>) -> Option<(View, Found)> {
         let (following, is_lost) = match &self.phase {
             Phase::Following(following) => (following, false),
             Phase::Searching(following) => (following, true),
@@ -208,7 +217,7 @@ impl RobustTracker {
             return None;
         }
         let rival = self.rival.get_or_insert_with(|| Levels::rival(&self.settings));
-        let part = following.view().part_of(frame)?;
+        let part = following.view().part_of(field.whole())?;
         let (raster, found) = rival.look(&part);
         let Found::Joint { seed, .. } = &found else { return None };
         let view = following.view().in_raster(raster);
@@ -225,9 +234,9 @@ impl RobustTracker {
     }
 
     /// Asks what the frames show by themselves, where a joint was asked for.
-    fn doubt(&mut self, frame: &GrayFrame) {
+    fn doubt(&mut self, field: &mut Developed<'_>) {
         let Some(doubter) = &mut self.doubter else { return };
-        doubter.look(frame);
+        doubter.look(field.whole());
         self.seen = doubter.seen();
         if doubter.is_done() {
             self.doubter = None;
@@ -250,21 +259,45 @@ impl RobustTracker {
     }
 
     /// Follows or searches through a frame, or through one that shows nothing.
-    fn follow(&mut self, frame: Result<&GrayFrame, Observation>, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn follow(&mut self, field: Result<&mut Developed<'_>, Observation>, tick: Tick) -> Result<Estimate, TrackerError> {
         let (following, is_lost) = match &mut self.phase {
             Phase::Following(following) => (following, false),
             Phase::Searching(following) => (following, true),
             Phase::Seeking(_) => return Ok(self.unseen(Observation::NoSeam, tick.beats)),
         };
         let view = following.view();
-        let resampled = frame.map(|frame| view.frame(frame));
-        let (estimate, next) = match resampled {
-            Ok(Some(frame)) => following.step(&frame, tick.beats, is_lost, &mut self.kcf, &self.settings)?,
+        let (estimate, next) = match field.map(|field| field.in_view(view)) {
+            Ok(Some(mut frame)) => following.step(&mut frame, tick.beats, is_lost, &mut self.kcf, &self.settings)?,
             Ok(None) => following.miss(Observation::NoStripe, tick.beats, is_lost)?,
             Err(why) => following.miss(why, tick.beats, is_lost)?,
         };
         self.go_on(next);
         Ok(estimate.in_picture(&view))
+    }
+
+    /// One frame further, in what is made of its picture.
+    fn look(&mut self, field: &mut Developed<'_>, tick: Tick) -> Result<Estimate, TrackerError> {
+        self.doubt(field);
+        match self.phase {
+            Phase::Seeking(_) => self.seek(field, tick.beats),
+            Phase::Following(_) | Phase::Searching(_) => {
+                let estimate = self.follow(Ok(field), tick)?;
+                match (self.rival(field), &mut self.phase) {
+                    (None, _) => Ok(estimate),
+                    (Some((view, Found::Joint { seed, reason, doubt, .. })), Phase::Following(following))
+                        if view == following.view() =>
+                    {
+                        let (kind, frame) = (seed.model.kind.name(), self.frame_number - 1);
+                        following.change_joint(*seed);
+                        if self.joint.as_ref().is_none_or(|joint| joint.kind != kind) {
+                            self.joint = Some(JointDecision { kind, frame, reason, doubt, contradicted_by: None });
+                        }
+                        Ok(estimate)
+                    }
+                    (Some((view, found)), _) => self.begin(field, view, found, tick.beats),
+                }
+            }
+        }
     }
 
     fn go_on(&mut self, next: Next) {
@@ -296,31 +329,13 @@ impl Follow for RobustTracker {
         }
     }
 
-    fn step(&mut self, frame: &GrayFrame, field: Field, tick: Tick) -> Result<Estimate, TrackerError> {
+    fn step(&mut self, picture: Picture<'_>, tick: Tick) -> Result<Estimate, TrackerError> {
         self.frame_number += 1;
         let kernel = if self.settings.parts.has(Part::Median) { MedianKernel::Three } else { MedianKernel::Off };
-        let frame = median(frame, kernel);
-        self.doubt(&frame);
-        match self.phase {
-            Phase::Seeking(_) => self.seek(&frame, field, tick.beats),
-            Phase::Following(_) | Phase::Searching(_) => {
-                let estimate = self.follow(Ok(&frame), tick)?;
-                match (self.rival(&frame), &mut self.phase) {
-                    (None, _) => Ok(estimate),
-                    (Some((view, Found::Joint { seed, reason, doubt, .. })), Phase::Following(following))
-                        if view == following.view() =>
-                    {
-                        let (kind, frame) = (seed.model.kind.name(), self.frame_number - 1);
-                        following.change_joint(*seed);
-                        if self.joint.as_ref().is_none_or(|joint| joint.kind != kind) {
-                            self.joint = Some(JointDecision { kind, frame, reason, doubt, contradicted_by: None });
-                        }
-                        Ok(estimate)
-                    }
-                    (Some((view, found)), _) => self.begin(&frame, view, found, tick.beats),
-                }
-            }
-        }
+        let mut darkroom = self.darkroom.take().unwrap_or_else(|| Darkroom::new(kernel));
+        let estimate = self.look(&mut darkroom.begin(picture), tick);
+        self.darkroom = Some(darkroom);
+        estimate
     }
 
     fn miss(&mut self, tick: Tick, why: Observation) -> Result<Estimate, TrackerError> {
