@@ -37,8 +37,9 @@ fn main() -> Result<()> {
     let Arguments { mut scenes, frames } = Arguments::parse();
     let frames = frames.max(2 * WARM_UP);
     if scenes.is_empty() {
-        scenes =
-            ["A-butt", "B-lap", "D-vgroove-sine", "E-fillet", "I-butt-heavy", "hairline-clean"].map(String::from).into();
+        scenes = ["A-butt", "B-lap", "D-vgroove-sine", "E-fillet", "I-butt-heavy", "hairline-clean"]
+            .map(String::from)
+            .into();
     }
     println!(
         "| scene, 640 × 480 | first ms | step p50 ms | p99 ms | p99 / p50 | MOSSE p50 ms | KCF p50 ms | step / MOSSE | KCF / step |\n|---|---|---|---|---|---|---|---|---|"

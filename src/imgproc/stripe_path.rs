@@ -42,29 +42,40 @@ pub fn stripe_path(frame: &GrayFrame) -> Option<Vec<usize>> {
 
 /// By how much each cell exceeds the brighter of its two flanks \[grey\], column by column, not below 0.
 pub(super) fn contrast(frame: &GrayFrame, columns: usize, rows: usize) -> Vec<f32> {
+    // Row by row of cells, each between those above and below it.
+    let mut sums = vec![0.0f32; columns * (rows + 1)];
     let mut mean = vec![0.0f32; columns * rows];
-    for v in 0..rows * CELL_PX.1 {
-        for (u, cell) in frame.row(v)[..columns * CELL_PX.0].chunks_exact(CELL_PX.0).enumerate() {
-            mean[u * rows + v / CELL_PX.1] += cell.iter().map(|&grey| f32::from(grey)).sum::<f32>();
+    let scale = 1.0 / (CELL_PX.0 * CELL_PX.1) as f32;
+    for (j, mean) in mean.chunks_exact_mut(columns).enumerate() {
+        let cells = |v: usize| frame.row(v)[..columns * CELL_PX.0].chunks_exact(CELL_PX.0);
+        for v in j * CELL_PX.1..(j + 1) * CELL_PX.1 {
+            for (sum, cell) in mean.iter_mut().zip(cells(v)) {
+                *sum += f32::from(cell.iter().map(|&grey| u16::from(grey)).sum::<u16>());
+            }
+        }
+        let (before, after) = sums[j * columns..].split_at_mut(columns);
+        for ((mean, before), after) in mean.iter_mut().zip(before).zip(after) {
+            *mean *= scale;
+            *after = *before + *mean;
         }
     }
-    let scale = 1.0 / (CELL_PX.0 * CELL_PX.1) as f32;
-    mean.iter_mut().for_each(|sum| *sum *= scale);
     let mut contrast = vec![0.0f32; columns * rows];
-    let mut sums = vec![0.0f32; rows + 1];
-    for (column, out) in mean.chunks_exact(rows).zip(contrast.chunks_exact_mut(rows)) {
-        for (v, grey) in column.iter().enumerate() {
-            sums[v + 1] = sums[v] + grey;
+    let mut flank = vec![0.0f32; columns];
+    for v in 0..rows {
+        flank.fill(0.0);
+        let above = (v + 1).saturating_sub(FLANK_CELLS.end)..(v + 1).saturating_sub(FLANK_CELLS.start);
+        let below = (v + FLANK_CELLS.start).min(rows)..(v + FLANK_CELLS.end).min(rows);
+        for range in [above, below].into_iter().filter(|range| !range.is_empty()) {
+            let (start, end) = (&sums[range.start * columns..][..columns], &sums[range.end * columns..][..columns]);
+            let count = range.len() as f32;
+            for (flank, (start, end)) in flank.iter_mut().zip(start.iter().zip(end)) {
+                let over = (end - start) / count;
+                *flank = if over > *flank { over } else { *flank };
+            }
         }
-        let over = |range: Range<usize>| {
-            let (start, end) = (range.start.min(rows), range.end.min(rows));
-            (end > start).then(|| (sums[end] - sums[start]) / (end - start) as f32)
-        };
-        for (v, value) in out.iter_mut().enumerate() {
-            let above = over((v + 1).saturating_sub(FLANK_CELLS.end)..(v + 1).saturating_sub(FLANK_CELLS.start));
-            let below = over(v + FLANK_CELLS.start..v + FLANK_CELLS.end);
-            let flank = above.into_iter().chain(below).fold(0.0, f32::max);
-            *value = (column[v] - flank).max(0.0);
+        for (u, (grey, flank)) in mean[v * columns..][..columns].iter().zip(&flank).enumerate() {
+            let over = grey - flank;
+            contrast[u * rows + v] = if over > 0.0 { over } else { 0.0 };
         }
     }
     contrast
@@ -100,18 +111,21 @@ fn best_path(reward: &[f32], rows: usize) -> Vec<usize> {
     let mut from = vec![0u32; columns * rows];
     for (column, reward) in reward.chunks_exact(rows).enumerate().skip(1) {
         let best = largest(&sum);
-        for (v, out) in next.iter_mut().enumerate() {
-            let mut origin = (best, sum[best] - JUMP_PRICE);
-            let near = v.saturating_sub(STEEPEST)..(v + STEEPEST + 1).min(rows);
-            for (w, before) in near.clone().zip(&sum[near]) {
-                let value = before - BEND_PRICE * v.abs_diff(w) as f32;
-                if value > origin.1 {
-                    origin = (w, value);
-                }
+        let origin = &mut from[column * rows..][..rows];
+        origin.fill(best as u32);
+        next.fill(sum[best] - JUMP_PRICE);
+        // From each of the rows near by in turn, all rows side by side.
+        for down in 0..=2 * STEEPEST {
+            let price = BEND_PRICE * down.abs_diff(STEEPEST) as f32;
+            let (first, skipped) = (STEEPEST.saturating_sub(down), down.saturating_sub(STEEPEST));
+            let reached = next.iter_mut().zip(&mut *origin).enumerate().skip(first);
+            for ((v, (value, origin)), before) in reached.zip(&sum[skipped..]) {
+                let near = before - price;
+                *origin = if near > *value { (v + down - STEEPEST) as u32 } else { *origin };
+                *value = if near > *value { near } else { *value };
             }
-            *out = origin.1 + reward[v];
-            from[column * rows + v] = origin.0 as u32;
         }
+        next.iter_mut().zip(reward).for_each(|(value, reward)| *value += reward);
         std::mem::swap(&mut sum, &mut next);
     }
     let mut path = vec![largest(&sum); columns];

@@ -1,5 +1,7 @@
 //! The stripe's brightest rows round a seed, and straight lines through them.
 
+use std::ops::Range;
+
 use super::columns;
 use super::line::Line;
 use crate::frame::GrayFrame;
@@ -19,6 +21,8 @@ const NOISE_MEDIANS: f64 = 4.5;
 const LEAST_NOISE_PX: f64 = 0.1;
 /// Fewest columns of a line.
 const LEAST_COLUMNS: usize = 8;
+/// Columns that vote for a line before it is asked whether it can still win.
+const VOTERS: usize = 16;
 /// Range of stripe SDs \[px\].
 const STRIPE_SD_PX: std::ops::RangeInclusive<f64> = 1.2..=6.0;
 /// A Gaussian of SD 1.5 px.
@@ -39,20 +43,16 @@ pub fn peaks(mut pixels: impl Pixels, seed: PixelPoint, half_window_px: f64) -> 
     let rows = centre.saturating_sub(reach)..(centre + reach + 1).min(pixels.size_px().1);
     let columns = columns(&pixels, seed.u_px, half_window_px);
     let frame = pixels.region(columns.clone(), rows.start.saturating_sub(4)..rows.end + 4);
+    let brightest = brightest_rows(frame, columns.clone(), rows);
     let mut peaks: Vec<Peak> = columns
-        .map(|u| {
+        .zip(brightest)
+        .map(|(u, best)| {
             let smooth = |v: usize| {
                 (-3isize..=3)
                     .map(|dv| f64::from(frame.at_clamped(u as isize, v as isize + dv)) * SMOOTHING[(dv + 3) as usize])
                     .sum::<f64>()
             };
-            let (mut best, mut height) = (rows.start, f64::NEG_INFINITY);
-            for v in rows.clone() {
-                let value = smooth(v);
-                if value > height {
-                    (best, height) = (v, value);
-                }
-            }
+            let height = smooth(best);
             let (a, b, c) = (smooth(best.saturating_sub(1)), height, smooth(best + 1));
             let curvature = a - 2.0 * b + c;
             let vertex = if curvature < -1e-9 { (0.5 * (a - c) / curvature).clamp(-0.5, 0.5) } else { 0.0 };
@@ -72,6 +72,27 @@ pub fn peaks(mut pixels: impl Pixels, seed: PixelPoint, half_window_px: f64) -> 
     peaks
 }
 
+/// The row of each of `columns` that is brightest after the smoothing, the first of them if there are several.
+fn brightest_rows(frame: &GrayFrame, columns: Range<usize>, rows: Range<usize>) -> Vec<usize> {
+    let smoothing = SMOOTHING.map(|weight| weight as f32);
+    let (mut best, mut height) = (vec![rows.start as u32; columns.len()], vec![f32::NEG_INFINITY; columns.len()]);
+    let mut smooth = vec![0.0f32; columns.len()];
+    for v in rows {
+        smooth.fill(0.0);
+        for (i, weight) in smoothing.iter().enumerate() {
+            let row = frame.row((v + i).saturating_sub(SMOOTHING.len() / 2).min(frame.height_px() - 1));
+            for (sum, &grey) in smooth.iter_mut().zip(&row[columns.clone()]) {
+                *sum += weight * f32::from(grey);
+            }
+        }
+        for ((best, height), &value) in best.iter_mut().zip(&mut height).zip(&smooth) {
+            *best = if value > *height { v as u32 } else { *best };
+            *height = if value > *height { value } else { *height };
+        }
+    }
+    best.into_iter().map(|v| v as usize).collect()
+}
+
 /// The line that most columns agree on, refined by least squares over those.
 pub fn consensus_line(peaks: &[Peak], inlier_px: f64) -> Option<Line> {
     if peaks.len() < LEAST_COLUMNS {
@@ -82,6 +103,21 @@ pub fn consensus_line(peaks: &[Peak], inlier_px: f64) -> Option<Line> {
         Line::straight(a.v_px - slope * a.du_px, slope)
     };
     let inlier = |line: &Line, p: &Peak| (p.v_px - line.at(p.du_px)).abs() < inlier_px;
+    // Rows and columns apart, so that they are counted side by side.
+    let places: Vec<f64> = peaks.iter().map(|p| p.du_px).collect();
+    let rows: Vec<f64> = peaks.iter().map(|p| p.v_px).collect();
+    // The votes for a line; given up where they cannot be more than `most`.
+    let votes_for = |line: &Line, most: usize| {
+        let mut misses = 0;
+        for (places, rows) in places.chunks(VOTERS).zip(rows.chunks(VOTERS)) {
+            let far = places.iter().zip(rows).map(|(du, v)| usize::from((v - line.at(*du)).abs() >= inlier_px));
+            misses += far.sum::<usize>();
+            if misses + most >= peaks.len() {
+                return None;
+            }
+        }
+        Some(peaks.len() - misses)
+    };
     let stride = (peaks.len() / 24).max(1);
     let mut best: Option<(usize, Line)> = None;
     for i in (0..peaks.len()).step_by(stride) {
@@ -90,8 +126,7 @@ pub fn consensus_line(peaks: &[Peak], inlier_px: f64) -> Option<Line> {
                 continue;
             }
             let line = through(peaks[i], peaks[j]);
-            let votes = peaks.iter().filter(|p| inlier(&line, p)).count();
-            if best.as_ref().is_none_or(|(most, _)| votes > *most) {
+            if let Some(votes) = votes_for(&line, best.map_or(0, |(most, _)| most)) {
                 best = Some((votes, line));
             }
         }
