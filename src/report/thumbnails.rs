@@ -9,7 +9,8 @@ use std::io::Write;
 use std::path::Path;
 use std::thread::JoinHandle;
 
-use image::{ExtendedColorType, ImageBuffer, Luma, codecs::jpeg::JpegEncoder};
+use image::{ImageBuffer, Luma};
+use jpeg_encoder::{ColorType, Encoder};
 use serde::{Deserialize, Serialize};
 
 use super::atomic::{ResultsError, write_atomically};
@@ -181,15 +182,19 @@ fn encode(frame: &GrayFrame) -> Vec<u8> {
     let mut jpeg = Vec::new();
     let (width, height) = (frame.width_px() as u32, frame.height_px() as u32);
     let shrink = frame.width_px().div_ceil(MAX_WIDTH_PX) as u32;
-    let mut encoder = JpegEncoder::new_with_quality(&mut jpeg, JPEG_QUALITY);
+    let encoder = Encoder::new(&mut jpeg, JPEG_QUALITY);
+    let encode = |pixels: &[u8], (width, height): (u32, u32)| {
+        let side = |px: u32| u16::try_from(px).unwrap_or(u16::MAX);
+        encoder.encode(pixels, side(width), side(height), ColorType::Luma)
+    };
     let encoded = match ImageBuffer::<Luma<u8>, &[u8]>::from_raw(width, height, frame.pixels()) {
         Some(full) if shrink > 1 => {
             let small = image::imageops::thumbnail(&full, (width / shrink).max(1), (height / shrink).max(1));
-            encoder.encode(small.as_raw(), small.width(), small.height(), ExtendedColorType::L8)
+            encode(small.as_raw(), small.dimensions())
         }
-        _ => encoder.encode(frame.pixels(), width, height, ExtendedColorType::L8),
+        _ => encode(frame.pixels(), (width, height)),
     };
-    // Encoding into memory fails only for a side over 65535 px: such a frame has no thumbnail.
+    // Encoding into memory fails only for a side that JPEG has no number for: such a frame has no thumbnail.
     if encoded.is_err() {
         jpeg.clear();
     }

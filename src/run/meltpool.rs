@@ -16,7 +16,7 @@ use crate::meltpool::{
 use crate::report::pool::{PoolErrors, PoolMarks, PoolRow};
 use crate::report::results::Status as RowStatus;
 use crate::report::summary::{FrameCounts, Percentiles, Timing};
-use crate::source::{FrameError, IntensityScale, IntensitySource, SizeCheck, SourceFrame};
+use crate::source::{FrameError, IntensityScale, IntensitySource, NextFrame, SizeCheck, SourceFrame};
 use crate::units::{MmPerPx, PixelPoint, Travel};
 
 /// Most points of an outline that are kept for looking at.
@@ -129,7 +129,7 @@ pub fn measure_pool(
     };
     let started = Instant::now();
     decode_ahead(
-        || source.next_frame(),
+        || source.next_frame().map(NextFrame::Decoded),
         |picture: &IntensityFrame| size_of_val(picture.pixels()),
         |frame, decoding| {
             run.decode_ms.push(decoding.as_secs_f64() * 1e3);

@@ -3,7 +3,7 @@
 use std::fmt;
 use std::str::FromStr;
 
-use super::{FrameSource, SixteenBitScale, SourceError, SourceFrame};
+use super::{FrameSource, NextFrame, SixteenBitScale, SourceError, SourceFrame};
 
 /// The frames from one number up to another, which is the first that is left out; numbers count from 0.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -57,6 +57,10 @@ impl Cut {
 
 impl FrameSource for Cut {
     fn next_frame(&mut self) -> Option<SourceFrame> {
+        self.next_encoded().map(NextFrame::decoded)
+    }
+
+    fn next_encoded(&mut self) -> Option<NextFrame> {
         if self.next < self.range.first {
             self.skip(0);
         }
@@ -64,7 +68,7 @@ impl FrameSource for Cut {
             return None;
         }
         self.next = self.next.saturating_add(1);
-        self.whole.next_frame()
+        self.whole.next_encoded()
     }
 
     fn skip(&mut self, frames: usize) {

@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::gray::{Decoded, DecodedSource, SixteenBitScale, decode, file_name, is_sixteen_bit, scale_frames};
-use super::{FrameSource, Period, SourceError, SourceFrame, timestamps};
+use super::{FrameSource, NextFrame, Period, SourceError, SourceFrame, timestamps};
 
 const EXTENSIONS: [&str; 6] = ["png", "jpg", "jpeg", "bmp", "tif", "tiff"];
 
@@ -58,11 +58,15 @@ impl Folder {
     }
 }
 
+fn decoded((path, time_s): &(PathBuf, f64)) -> SourceFrame<Decoded> {
+    SourceFrame { file: file_name(path), time_s: *time_s, picture: decode(path) }
+}
+
 impl DecodedSource for Folder {
     fn next_decoded(&mut self) -> Option<SourceFrame<Decoded>> {
-        let (path, time_s) = self.files.get(self.next)?;
+        let file = self.files.get(self.next)?;
         self.next += 1;
-        Some(SourceFrame { file: file_name(path), time_s: *time_s, picture: decode(path) })
+        Some(decoded(file))
     }
 
     fn rewound(&self) -> Result<Self, SourceError> {
@@ -72,8 +76,14 @@ impl DecodedSource for Folder {
 
 impl FrameSource for Folder {
     fn next_frame(&mut self) -> Option<SourceFrame> {
-        let scale = self.scale;
-        self.next_decoded().map(|frame| frame.in_gray(scale))
+        self.next_encoded().map(NextFrame::decoded)
+    }
+
+    fn next_encoded(&mut self) -> Option<NextFrame> {
+        let (files, number, scale) = (Arc::clone(&self.files), self.next, self.scale);
+        files.get(number)?;
+        self.next += 1;
+        Some(NextFrame::Encoded(Box::new(move || decoded(&files[number]).in_gray(scale))))
     }
 
     fn skip(&mut self, frames: usize) {

@@ -63,10 +63,32 @@ impl From<f64> for Period {
     }
 }
 
+/// A recording's next frame, decoded or still to be decoded, on whatever thread.
+pub enum NextFrame<P = GrayFrame> {
+    /// It is there.
+    Decoded(SourceFrame<P>),
+    /// It is read and decoded by this.
+    Encoded(Box<dyn FnOnce() -> SourceFrame<P> + Send>),
+}
+
+impl<P> NextFrame<P> {
+    /// The frame, decoded now if it was not.
+    pub fn decoded(self) -> SourceFrame<P> {
+        match self {
+            Self::Decoded(frame) => frame,
+            Self::Encoded(decode) => decode(),
+        }
+    }
+}
+
 /// A recording, frame by frame.
 pub trait FrameSource: Send {
     /// The next frame; none at the end.
     fn next_frame(&mut self) -> Option<SourceFrame>;
+    /// The next frame as it comes: where frames do not need one another, they can be decoded side by side.
+    fn next_encoded(&mut self) -> Option<NextFrame> {
+        self.next_frame().map(NextFrame::Decoded)
+    }
     /// Passes over so many frames.
     fn skip(&mut self, frames: usize) {
         for _ in 0..frames {
