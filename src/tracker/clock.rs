@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use arrayvec::ArrayVec;
+
 /// Steps that the beat is the median of. Chosen: a few seconds, so that a camera may change its rate.
 const REMEMBERED_STEPS: usize = 31;
 /// The beat before two stamps are known \[s\]: Du 2022.
@@ -82,7 +84,7 @@ impl Clock {
 
     /// The recording's period \[s\].
     pub fn beat_s(&self) -> f64 {
-        let mut sorted: Vec<f64> = self.steps_s.iter().copied().collect();
+        let mut sorted: ArrayVec<f64, REMEMBERED_STEPS> = self.steps_s.iter().copied().take(REMEMBERED_STEPS).collect();
         if sorted.is_empty() {
             return FIRST_BEAT_S;
         }

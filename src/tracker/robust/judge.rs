@@ -4,6 +4,8 @@
 
 use std::collections::VecDeque;
 
+use arrayvec::ArrayVec;
+
 use super::filter::{START_VELOCITY_VARIANCE, SeamFilter, VIBRATION_VARIANCE_PX2};
 use super::noise::{self, INFLATE_NIS};
 use super::part::{Part, Parts};
@@ -283,7 +285,8 @@ impl Judge {
     /// slope now. A stray one among them does not matter.
     fn agreement(&self, is_lost: bool) -> Option<(f64, f64)> {
         let fresh = |r: &&Refused| r.at >= self.now - RECENT_REFUSALS as f64;
-        let recent: Vec<Refused> = self.refused.iter().rev().filter(fresh).copied().collect();
+        let recent = self.refused.iter().rev().filter(fresh).copied().take(RECENT_REFUSALS);
+        let recent: ArrayVec<Refused, RECENT_REFUSALS> = recent.collect();
         let [newest, others @ ..] = &recent[..] else { return None };
         let mut threes = others.iter().enumerate().flat_map(|(i, b)| others[i + 1..].iter().map(|c| [*newest, *b, *c]));
         let enough = |r: &Refused| r.clear && (r.expected || !is_lost);

@@ -5,6 +5,8 @@
 
 use std::collections::VecDeque;
 
+use arrayvec::ArrayVec;
+
 /// Third differences that are remembered. Chosen: a few seconds of welding.
 const WINDOW: usize = 48;
 /// Fewest third differences that have a spread.
@@ -48,7 +50,7 @@ impl Roughness {
         if count < LEAST_COUNT {
             return None;
         }
-        let mut sorted: Vec<f64> = self.differences.iter().copied().collect();
+        let mut sorted: ArrayVec<f64, WINDOW> = self.differences.iter().copied().take(WINDOW).collect();
         let (_, &mut median, _) = sorted.select_nth_unstable_by(count / 2, f64::total_cmp);
         Some(((median / MEDIAN_OF_NORMAL).powi(2), count))
     }
