@@ -13,7 +13,7 @@ FUZZ_INPUTS ?= 1000000
 FUZZ_SEED ?= 1
 CALIBRATED_SEEDS ?= 301-312
 
-.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers live-demo live-test clean
+.PHONY: demo pictures test wheel python python-test fleet-test build setup checks bench speed regress ablation kinds sensors calibrated plates faults fuzz soak kills deny peers live-demo live-test clean
 
 # Exit code 3 says that a verdict is BAD: that of the other method may be.
 demo: build
@@ -88,7 +88,11 @@ setup:
 
 # Measured, never asserted.
 bench: setup
-	$(CARGO) bench --bench kalman --bench meltpool
+	$(CARGO) bench --bench step --bench kalman --bench meltpool
+
+# A step of the tracker beside OpenCV's KCF and MOSSE on the same frames, in turn, on one thread; and by phase and size.
+speed: setup
+	$(CARGO) run --release --features peers --example speed
 
 # All built-in scenes over several seeds, one table.
 regress: setup

@@ -133,7 +133,7 @@ fn by_phase(size: (usize, usize), frames: usize, smallest_ms: &mut Option<f64>) 
     }
     // The plate goes on and its seam does not: at first it is waited for, then searched.
     let flat = crate::pictures("A-butt", size, frames)?;
-    let without: Vec<GrayFrame> = flat.frames.iter().map(|frame| covered(frame)).collect();
+    let without: Vec<GrayFrame> = flat.frames.iter().map(covered).collect();
     for (i, frame) in without.iter().enumerate() {
         let (estimate, took_ms) = timed(|| session.step(frame, 0.2 * (frames + i) as f64));
         if estimate?.status == Status::Lost {

@@ -160,13 +160,13 @@ mod tests {
 
     #[test]
     fn frames_come_in_order_and_large_ones_wait_one_at_a_time() {
-        let decoded = AtomicUsize::new(0);
+        let decoded = Arc::new(AtomicUsize::new(0));
         let mut numbers = 0..40;
         let mut taken = vec![];
         let done: Result<(), ()> = decode_ahead(
             || {
                 let number = numbers.next()?;
-                let decoded = &decoded;
+                let decoded = Arc::clone(&decoded);
                 Some(NextFrame::Encoded(Box::new(move || {
                     decoded.fetch_add(1, Ordering::SeqCst);
                     frame(number)

@@ -4,6 +4,8 @@
 //! four times as coarse it does, and its edges are as sharp in millimetres as they need be. So each raster has its range of
 //! joints, and a joint belongs to the finest one that holds it.
 
+use rayon::prelude::*;
+
 use super::RobustSettings;
 use super::classify;
 use super::seed::Seed;
@@ -74,15 +76,19 @@ impl Levels {
 
     /// Looks at the next frame: what was found, and in which raster.
     pub fn look(&mut self, frame: &GrayFrame) -> (Raster, Found) {
+        // The rasters do not need one another until each has been looked at.
+        let look = |(raster, seeker): &mut (Raster, Seeker)| {
+            let level = raster.resample(frame)?;
+            let is_large = level.width_px() >= LEAST_RASTER_PX.0 && level.height_px() >= LEAST_RASTER_PX.1;
+            (*raster == Raster::PICTURE || is_large).then(|| seeker.look(&level))
+        };
+        let found: Vec<Option<Found>> = self.levels.par_iter_mut().map(look).collect();
         let mut larger: Vec<Span> = vec![];
         let mut nothing = None;
-        for (raster, seeker) in self.levels.iter_mut().rev() {
-            let Some(level) = raster.resample(frame) else { continue };
+        for ((raster, seeker), found) in self.levels.iter().zip(found).rev() {
+            let Some(found) = found else { continue };
             let is_finest = *raster == Raster::PICTURE;
-            if !is_finest && (level.width_px() < LEAST_RASTER_PX.0 || level.height_px() < LEAST_RASTER_PX.1) {
-                continue;
-            }
-            match seeker.look(&level) {
+            match found {
                 Found::Joint { seed, .. } if !is_finest && !is_large(&seed) => {}
                 // The edge of a wide gap looks like a lap joint to a narrow window.
                 Found::Joint { seed, .. } if larger.iter().any(|span| span.holds(&Span::of(&seed, *raster))) => {}

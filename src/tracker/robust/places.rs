@@ -6,6 +6,8 @@
 
 use std::collections::VecDeque;
 
+use rayon::prelude::*;
+
 use super::RobustSettings;
 use super::levels::Levels;
 use super::seek::Found;
@@ -75,14 +77,13 @@ impl Places {
         }
         self.frames += 1;
         self.divide(frame);
-        for (part, levels) in &mut self.parts {
-            let Some(frame) = frame.cropped(*part) else { continue };
-            let (raster, found) = levels.look(&frame);
-            if !matches!(found, Found::Nothing { .. }) {
-                return (Some(*part), raster, found);
-            }
-        }
-        (None, raster, found)
+        let look = |(part, levels): &mut (PixelRect, Levels)| {
+            let (raster, found) = levels.look(&frame.cropped(*part)?);
+            Some((Some(*part), raster, found))
+        };
+        let in_parts: Vec<_> = self.parts.par_iter_mut().filter_map(look).collect();
+        let is_joint = |(_, _, found): &(_, _, Found)| !matches!(found, Found::Nothing { .. });
+        in_parts.into_iter().find(is_joint).unwrap_or((None, raster, found))
     }
 
     /// Finds the field's stripes, once it is time to look at them one by one.
