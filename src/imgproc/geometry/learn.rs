@@ -162,6 +162,18 @@ mod tests {
     }
 
     #[test]
+    fn beside_the_frame_nothing_is_seen() {
+        let frame = drawn(|_| Some(80.0));
+        for (u_px, v_px) in [(1e4, 80.0), (-1e4, 80.0), (100.0, 1e4), (100.0, -1e4), (290.0, 80.0)] {
+            let place = PixelPoint::new(u_px, v_px);
+            assert!(!is_plain(&frame, place, HALF_WINDOW_PX, 2.0), "{place:?}");
+            for kind in [JointKind::Butt, JointKind::VGroove, JointKind::Fillet] {
+                assert!(learn(&frame, place, kind).is_none(), "{place:?}");
+            }
+        }
+    }
+
+    #[test]
     fn a_stripe_is_plain_until_it_breaks_steps_or_bends() {
         let is_plain = |row: &dyn Fn(f64) -> Option<f64>| {
             is_plain(&drawn(row), SEED, HALF_WINDOW_PX, super::super::drawn::STRIPE_SD_PX)

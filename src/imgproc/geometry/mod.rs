@@ -292,9 +292,9 @@ impl JointModel {
     }
 }
 
-/// The integer columns within `half_px` of `u_px` that lie in the frame.
-fn columns(frame: &impl Pixels, u_px: f64, half_px: f64) -> std::ops::Range<usize> {
+/// The integer columns within `half_px` of `u_px` that lie in the frame; none where that is beside it.
+fn columns(frame: &impl Pixels, u_px: f64, half_px: f64) -> Range<usize> {
     let first = (u_px.round() - half_px).max(0.0) as usize;
-    let last = (u_px.round() + half_px).min(frame.size_px().0 as f64 - 1.0) as usize;
-    first..last + 1
+    let end = ((u_px.round() + half_px).min(frame.size_px().0 as f64 - 1.0) + 1.0).max(0.0) as usize;
+    first.min(end)..end
 }

@@ -180,6 +180,14 @@ impl Following {
         }
     }
 
+    /// From edge to edge as it is known \[px of the picture\]; none of joints without edges.
+    pub fn gap_px(&self) -> Option<f64> {
+        match &self.eye {
+            Eye::Geometry(eye) => Some(eye.gap_px()? * self.view.picture_px()),
+            Eye::Hairline(_) => None,
+        }
+    }
+
     /// Whether a picture of `beats` ago still tells where the seam is.
     pub fn outlasts(&self, beats: f64) -> bool {
         self.judge.outlasts(beats)

@@ -101,6 +101,11 @@ impl GeometryEye {
         row.is_some_and(|row| is_plain(frame, PixelPoint::new(place.u_px, row as f64), half_window_px, stripe_sd_px))
     }
 
+    /// From edge to edge as it is known; none of joints without edges \[px\].
+    pub const fn gap_px(&self) -> Option<f64> {
+        self.model.gap_px
+    }
+
     /// Takes over what an accepted fit says.
     pub fn learn(&mut self, fit: &JointFit) {
         self.model.learn(fit);

@@ -113,6 +113,10 @@ const RIVAL_AFTER_BEATS: f64 = 2.0;
 /// How far from the prediction such a joint may be found, as long as there is one: σ, and \[px of the picture\].
 const RIVAL_SIGMAS: f64 = 3.0;
 const RIVAL_PX: f64 = 12.0;
+/// How many times as wide a gap may have become while it was unseen: what lies across the stripe, with plate on both sides, shows a
+/// gap too. Chosen; and the width from which that counts \[px of the picture\].
+const WIDENS: f64 = 3.0;
+const LEAST_GAP_PX: f64 = 8.0;
 
 impl RobustTracker {
     /// A tracker that looks for its seam.
@@ -227,8 +231,11 @@ impl RobustTracker {
         let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
         // A joint does not become one of another kind elsewhere, and a groove of which a part is hidden no gap.
         let known = self.joint.as_ref().map(|joint| joint.kind);
-        let is_alike = known == Some(seed.model.kind.name());
-        let may_become = seed.certain || known != Some(JointKind::VGroove.name());
+        let (was_px, is_px) = (following.gap_px(), view.picture_px() * seed.gap_px());
+        let is_as_wide = was_px.is_none_or(|was_px| is_px <= WIDENS * was_px.max(LEAST_GAP_PX));
+        let is_same_kind = known == Some(seed.model.kind.name());
+        let is_alike = is_same_kind && is_as_wide;
+        let may_become = !is_same_kind && (seed.certain || known != Some(JointKind::VGroove.name()));
         let is_it = if is_near { is_alike || may_become } else { is_lost && is_alike };
         is_it.then_some((view, found))
     }
