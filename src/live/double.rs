@@ -123,7 +123,7 @@ pub enum DoubleError {
 pub struct DoubleReport {
     /// Pictures sent.
     pub pictures: u64,
-    /// Packets of them, and of these lost on purpose.
+    /// Packets of them.
     pub packets: u64,
     /// Packets lost on purpose, those sent again included.
     pub lost: u64,

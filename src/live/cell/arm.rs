@@ -117,7 +117,7 @@ impl Arm {
             *cell.motion.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = motion;
             self.judge(cell, &motion);
             self.report.cycles += 1;
-            self.wire.tick();
+            self.wire.tick(now_s);
             if cell.is_on(TroubleKind::Cut, now_s, &motion) {
                 continue;
             }

@@ -12,6 +12,8 @@ use crate::live::egm::{
 
 /// `EgmMCIState.state`: EGM does not move the robot.
 const MCI_STOPPED: i32 = 2;
+/// What the robot's clock shows when ours begins \[ms\].
+const POWER_ON_MS: u64 = 4_208_163_985;
 /// Longest offset that is believed \[mm\]. Chosen: a robot's program limits it too.
 const LARGEST_OFFSET_MM: f64 = 1000.0;
 
@@ -57,7 +59,6 @@ pub struct Read {
 /// The robot's protocol.
 pub struct Wire {
     link: CellLink,
-    cycle_ms: u64,
     /// The robot's clock \[ms\].
     stamp_ms: u64,
     seqno: u32,
@@ -67,13 +68,13 @@ pub struct Wire {
 
 impl Wire {
     pub fn new(settings: &CellSettings) -> Self {
-        let cycle_ms = (settings.cycle_s * 1e3).round() as u64;
-        Self { link: settings.link, cycle_ms, stamp_ms: 4_208_163_985, seqno: 0, from_mm: 0.0 }
+        Self { link: settings.link, stamp_ms: POWER_ON_MS, seqno: 0, from_mm: 0.0 }
     }
 
-    /// The next cycle.
-    pub const fn tick(&mut self) {
-        self.stamp_ms += self.cycle_ms;
+    /// The next cycle, at `now_s`: a pose is stamped with the moment it is of, also where this machine woke us late.
+    pub fn tick(&mut self, now_s: f64) {
+        let now_ms = POWER_ON_MS + (now_s * 1e3).round() as u64;
+        self.stamp_ms = now_ms.max(self.stamp_ms + 1);
         self.seqno += 1;
     }
 

@@ -51,7 +51,9 @@ setInterval(() => document.body.classList.toggle("silent", Date.now() - heard > 
 const picture = at("picture");
 let number = 0;
 const next = wait => setTimeout(() => { number += 1; picture.src = "picture.jpg?" + number; }, wait);
-picture.onload = () => { document.documentElement.dataset.pictures = number; next(66); };
+picture.onload = () => {
+  document.documentElement.dataset.pictures = number; document.documentElement.dataset.width = picture.naturalWidth; next(66);
+};
 picture.onerror = () => next(1000);
 next(0);
 
