@@ -150,7 +150,7 @@ live-demo: build
 # Long closed loops, cameras and the page, and programs of others where SEAMTRACK_PEERS names a Python with pymodbus, RSIPI and
 # ABBRobotEGM. Some minutes; the machine must have nothing else to do. The features' code is built and tested here only.
 live-test: setup
-	@./scripts/install-packages libaravis-dev libusb-1.0-0-dev chromium
+	@./scripts/install-packages libaravis-dev libusb-1.0-0-dev aravis-tools chromium
 	$(CARGO) clippy --all-targets --features camera,page -- -D warnings
 	$(CARGO) test --release --features camera,page --lib live::
 	$(CARGO) test --release --features camera,page --test live -- --include-ignored --nocapture --test-threads 1

@@ -40,6 +40,9 @@ const PORT: u16 = 3956;
 const WAIT: Duration = Duration::from_millis(50);
 /// How often an idle camera looks whether it is to run. Chosen.
 const IDLE: Duration = Duration::from_millis(2);
+/// How long a byte takes on the wire \[ns\], 1 Gb/s, and bytes that are sent at once: all at once would overflow a receiver.
+const BYTE_NS: u64 = 8;
+const AT_ONCE: u64 = 1 << 15;
 /// Shortest period that is believed \[µs\]. Chosen: 1000 pictures a second.
 const LEAST_PERIOD_US: u32 = 1000;
 
@@ -260,6 +263,20 @@ impl Double<'_> {
         }
     }
 
+    /// Sends a picture's packets as quickly as a wire of 1 Gb/s would take them.
+    fn send_all(&self, packets: &[Vec<u8>], to: SocketAddr) {
+        let (began, mut sent, mut waited) = (Instant::now(), 0, 0);
+        for packet in packets {
+            self.send(packet, to);
+            sent += packet.len() as u64;
+            if sent - waited >= AT_ONCE {
+                waited = sent;
+                let due = began + Duration::from_nanos(sent * BYTE_NS);
+                std::thread::sleep(due.saturating_duration_since(Instant::now()));
+            }
+        }
+    }
+
     /// The pictures.
     fn show(&self, reel: &mut Reel, first: GrayFrame) {
         let (mut picture, mut block, mut began) = (first, 0_u16, None::<Instant>);
@@ -292,7 +309,7 @@ impl Double<'_> {
             // Blocks are numbered from 1 to 65 535.
             block = block.wrapping_add(1).max(1);
             let all = packets(block, lock(&self.control).clock_ns(), size as usize, &picture);
-            all.iter().for_each(|packet| self.send(packet, to));
+            self.send_all(&all, to);
             {
                 let report = &mut lock(&self.lossy).1;
                 report.pictures += 1;

@@ -111,10 +111,14 @@ impl GenicamCamera {
     }
 
     fn picture(&mut self, buffer: &Buffer, now_s: f64) -> Option<Picture> {
+        // Of an incomplete picture nothing may be asked.
         let is_whole = buffer.status() == BufferStatus::Success && buffer.image_pixel_format() == PixelFormat::MONO_8;
-        let size = [buffer.image_width(), buffer.image_height()].map(|size| usize::try_from(size).unwrap_or(0));
-        let frame = is_whole.then(|| GrayFrame::new(size[0], size[1], buffer.image_data()).ok()).flatten();
-        let Some(frame) = frame else {
+        let frame = is_whole.then(|| {
+            let [width_px, height_px] =
+                [buffer.image_width(), buffer.image_height()].map(|size| usize::try_from(size).unwrap_or(0));
+            GrayFrame::new(width_px, height_px, buffer.image_data()).ok()
+        });
+        let Some(frame) = frame.flatten() else {
             self.incomplete += 1;
             return None;
         };

@@ -107,6 +107,25 @@ fn an_hour_of_cycles_sped_up_ten_times_takes_no_memory() {
 }
 
 #[test]
+#[ignore = "needs programs of others: make live-test"]
+fn the_fake_camera_of_aravis_is_seen_too() {
+    let _port = PORT.lock();
+    let mut fake = std::process::Command::new("arv-fake-gv-camera-0.8");
+    let Ok(mut fake) = fake.args(["-i", "127.0.0.1"]).spawn() else {
+        eprintln!("skipped: no arv-fake-gv-camera-0.8; on Debian: apt-get install aravis-tools");
+        return;
+    };
+    std::thread::sleep(Duration::from_millis(500));
+    let run = Run::at(CAMERA, "");
+    std::thread::sleep(Duration::from_secs(5));
+    let report = run.end();
+    fake.kill().unwrap();
+    fake.wait().unwrap();
+    println!("{report}");
+    assert!(numbers(&report, "pictures:")[0] > 20.0, "{report}");
+}
+
+#[test]
 fn a_double_that_cannot_be_is_one_clear_error() {
     let told = |arguments: &[&str]| {
         let output = seamtrack().arg("camera-double").args(arguments).output().unwrap();
