@@ -6,18 +6,19 @@
 //! | `registers` | the memory and its description in GenICam's XML |
 //! | `control` | GVCP: registers, who has the camera, packets again |
 //! | `stream` | GVSP: pictures in packets |
+//! | `reel` | what is shown, again and again |
 //! | here | threads, troubles, report |
 //!
 //! The standard library is enough. It answers what clients ask for in fact (tried with aravis), not all of the specification.
 
 mod control;
+mod reel;
 mod registers;
 mod stream;
 
 use std::fmt;
 use std::io::ErrorKind;
 use std::net::{Ipv4Addr, SocketAddr, UdpSocket};
-use std::path::Path;
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -26,11 +27,11 @@ use std::time::{Duration, Instant};
 use rand::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use super::camera::SceneSource;
 use crate::frame::GrayFrame;
-use crate::source::{FrameSource, Period, SourceError};
-use crate::synth::{ScenarioError, Scene, builtin};
+use crate::source::SourceError;
+use crate::synth::ScenarioError;
 use control::{Control, Task};
+use reel::Reel;
 use registers::{PACKET_SIZE, PERIOD_US, Registers};
 use stream::{Sent, packets};
 
@@ -332,39 +333,5 @@ impl Double<'_> {
         if was_dead && !is_dead {
             *lock(&self.control) = Control::new(powered_on(self.settings, picture));
         }
-    }
-}
-
-/// A recording or a scene that begins again behind its end.
-struct Reel {
-    source: Box<dyn FrameSource>,
-}
-
-impl Reel {
-    fn open(shows: &str) -> Result<Self, DoubleError> {
-        let unknown = || DoubleError::Shows(shows.to_owned());
-        let (kind, place) = shows.split_once(':').ok_or_else(unknown)?;
-        let source: Box<dyn FrameSource> = match kind {
-            "file" => crate::source::open(Path::new(place), Period::OwnOr(1.0))?,
-            "scene" => {
-                let scenario = builtin::scenario(place)?;
-                Box::new(SceneSource::new(Scene::new(&scenario, scenario.seed)?))
-            }
-            _ => return Err(unknown()),
-        };
-        Ok(Self { source })
-    }
-
-    /// The next picture that can be read.
-    fn next(&mut self) -> Option<GrayFrame> {
-        for _ in 0..2 {
-            while let Some(frame) = self.source.next_frame() {
-                if let Ok(picture) = frame.picture {
-                    return Some(picture);
-                }
-            }
-            self.source = self.source.again().ok()?;
-        }
-        None
     }
 }

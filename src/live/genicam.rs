@@ -23,10 +23,10 @@ const BETWEEN: Duration = Duration::from_millis(150);
 const ANSWER: Duration = Duration::from_millis(100);
 /// Pictures that may be under way. Chosen: an eighth of a second at 60 a second.
 const BUFFERS: usize = 8;
-/// A packet that is late by so much is asked for again; a picture is given up after so long \[µs\]. Chosen: within a period of 60
-/// pictures a second.
+/// A packet that is late by so much is asked for again; a picture is given up after so long, and those behind it wait for it
+/// \[µs\]. Chosen: less than what makes a picture old (`fresh_s`), and enough for several requests on a busy machine.
 const PACKET_LATE_US: u32 = 3_000;
-const PICTURE_LATE_US: u32 = 15_000;
+const PICTURE_LATE_US: u32 = 40_000;
 /// GVCP's port, and a request for who is there.
 const GVCP: u16 = 3956;
 const DISCOVERY: [u8; 8] = [0x42, 0x01, 0x00, 0x02, 0x00, 0x00, 0x00, 0x01];

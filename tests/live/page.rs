@@ -61,6 +61,7 @@ impl Run {
         lines.filter_map(|line| serde_json::from_str(line.strip_prefix("data: ")?).ok())
     }
 
+    #[cfg(feature = "camera")]
     pub fn pid(&self) -> u32 {
         self.live.as_ref().unwrap().id()
     }

@@ -17,8 +17,9 @@ use crate::live::wire::Command;
 
 /// A picture this young is shared by all who ask. Chosen: 20 pictures a second at most.
 const YOUNG: Duration = Duration::from_millis(50);
-/// How long a picture is waited for, and how often somebody looks. Chosen.
+/// How long a picture is waited for, how long the first one, and how often somebody looks. Chosen.
 const PATIENCE: Duration = Duration::from_secs(1);
+const FIRST: Duration = Duration::from_secs(5);
 const LOOK: Duration = Duration::from_millis(5);
 
 /// A whole answer, or events without end.
@@ -81,7 +82,7 @@ pub async fn answer(site: Arc<Site>, request: Request<Incoming>) -> Result<Respo
         "/events" if is_get => finished(Response::new(Answer::Events(site.listen().await)), "text/event-stream"),
         "/picture.jpg" if is_get => match site.picture().await {
             Some(jpeg) => whole(StatusCode::OK, "image/jpeg", jpeg),
-            None => refused(StatusCode::SERVICE_UNAVAILABLE, "no picture yet\n"),
+            None => whole(StatusCode::NO_CONTENT, "image/jpeg", ""),
         },
         "/reset" if is_post => site.order(request.headers(), Command::Reset),
         "/stop" if is_post => site.order(request.headers(), Command::Stop),
@@ -112,7 +113,8 @@ impl Site {
         drop(self.view.take());
         self.view.want();
         let began = Instant::now();
-        while began.elapsed() < PATIENCE {
+        let patience = if last.is_some() { PATIENCE } else { FIRST };
+        while began.elapsed() < patience {
             tokio::time::sleep(LOOK).await;
             if let Some(jpeg) = self.view.take().and_then(|shown| shown.jpeg()) {
                 *last = Some((Instant::now(), Bytes::from(jpeg)));
