@@ -191,8 +191,9 @@ fn the_page_lives_in_a_browser() {
         eprintln!("SKIPPED: no chromium on PATH, so the page was not opened; on Debian: apt-get install chromium");
         return;
     };
-    let mut page = Page::open(&program);
     for (name, window, scheme) in [("wide", (1366, 768), "light"), ("phone", (390, 844), "dark")] {
+        // One browser a run: when a run ends its page complains.
+        let mut page = Page::open(&program);
         let run = Run::start(&format!("page_token = \"{TOKEN}\""));
         let is_there =
             "+document.documentElement?.dataset.shown > 25 && +document.documentElement.dataset.pictures > 3";
