@@ -151,10 +151,13 @@ peers: setup
 live-demo: build
 	./scripts/live-demo
 
-# Long closed loops, and programs of others where SEAMTRACK_PEERS names a Python with pymodbus and RSIPI. Some minutes; the
-# machine must have nothing else to do.
+# Long closed loops, cameras and the page, and programs of others where SEAMTRACK_PEERS names a Python with pymodbus, RSIPI and
+# ABBRobotEGM. Some minutes; the machine must have nothing else to do. The features' code is built and tested here only.
 live-test: setup
-	$(CARGO) test --release --test live -- --ignored --nocapture --test-threads 1
+	@./scripts/install-packages libaravis-dev libusb-1.0-0-dev aravis-tools chromium
+	$(CARGO) clippy --all-targets --features camera,page -- -D warnings
+	$(CARGO) test --release --features camera,page --lib live::
+	$(CARGO) test --release --features camera,page --test live -- --include-ignored --nocapture --test-threads 1
 
 clean:
 	$(CARGO) clean

@@ -4,12 +4,12 @@ use std::net::SocketAddr;
 use std::process::ExitCode;
 
 use clap::Args;
-use seamtrack::live::{CellScene, CellSettings, Trouble, run_cell};
+use seamtrack::live::{CellLink, CellScene, CellSettings, Trouble, run_cell};
 
 use super::calibrate::parse_positive;
 use super::{say, signals, track};
 
-/// Simulate a robot cell: a camera and a KUKA with RSI along a known seam, to try `seamtrack live` on
+/// Simulate a robot cell: a camera and a robot along a known seam, to try `seamtrack live` on
 ///
 /// Waits for somebody who fetches pictures, welds once, and prints where the torch was. Exit code 3: corrections stopped.
 #[derive(Debug, Args)]
@@ -17,15 +17,18 @@ pub struct Cell {
     /// sine, corner, tack or arc
     #[arg(long, default_value = "sine")]
     scene: CellScene,
+    /// What the robot speaks: rsi (KUKA) or egm (ABB)
+    #[arg(long, default_value = "rsi")]
+    link: CellLink,
     /// Speed of the torch [mm/s]
     #[arg(long, value_name = "MM_PER_S", default_value_t = 30.0, value_parser = parse_positive)]
     speed: f64,
     /// Length of the weld [mm]
     #[arg(long, value_name = "MM", default_value_t = 600.0, value_parser = parse_positive)]
     length: f64,
-    /// The robot's cycle [ms]: 4 or 12
-    #[arg(long, value_name = "MS", default_value_t = 4.0, value_parser = parse_positive)]
-    cycle: f64,
+    /// The robot's cycle [ms]: RSI has 4 or 12, EGM's path correction multiples of 24 [default: 4, or 24 with EGM]
+    #[arg(long, value_name = "MS", value_parser = parse_positive)]
+    cycle: Option<f64>,
     /// How much later than its answer a correction is executed [ms]
     #[arg(long, value_name = "MS", default_value_t = 12.0, value_parser = parse_positive)]
     delay: f64,
@@ -55,11 +58,16 @@ pub struct Cell {
 impl Cell {
     /// Welds once and prints the report.
     pub fn run(&self) -> anyhow::Result<ExitCode> {
+        let cycle_ms = self.cycle.unwrap_or(match self.link {
+            CellLink::Rsi => 4.0,
+            CellLink::Egm => 24.0,
+        });
         let settings = CellSettings {
             scene: self.scene,
+            link: self.link,
             speed_mm_s: self.speed,
             length_mm: self.length,
-            cycle_s: self.cycle * 1e-3,
+            cycle_s: cycle_ms * 1e-3,
             delay_s: self.delay * 1e-3,
             frames_per_s: self.fps,
             lost_share: self.lose * 1e-2,

@@ -16,7 +16,7 @@ pub struct Live {
     /// What camera, sensor, robot and limits are: docs/live.md
     #[arg(long, value_name = "live.toml")]
     config: PathBuf,
-    /// The camera instead of the configuration's: file:PATH, scene:NAME or tcp:HOST:PORT
+    /// The camera instead of the configuration's: gige:ADDRESS, usb3:NAME, file:PATH, scene:NAME or tcp:HOST:PORT
     #[arg(long, value_name = "CAMERA")]
     camera: Option<String>,
     /// Where the run is recorded instead: a new MCAP file

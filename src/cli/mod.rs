@@ -19,6 +19,7 @@ macro_rules! errln {
 mod base_frame;
 mod batch;
 mod calibrate;
+mod camera_double;
 mod cell;
 mod compare;
 mod config;
@@ -68,6 +69,7 @@ enum Command {
     Reproduce(reproduce::Reproduce),
     Live(live::Live),
     Cell(cell::Cell),
+    CameraDouble(camera_double::CameraDouble),
     #[command(hide = true)]
     DecodeVideo(decode_video::DecodeVideo),
 }
@@ -75,7 +77,7 @@ enum Command {
 impl Cli {
     /// Whether it ends by itself when it is told to: what it does has an end that is worth reaching.
     pub const fn ends_itself(&self) -> bool {
-        matches!(self.command, Command::Live(_) | Command::Cell(_))
+        matches!(self.command, Command::Live(_) | Command::Cell(_) | Command::CameraDouble(_))
     }
 
     /// Does what the command line asks for.
@@ -96,6 +98,7 @@ impl Cli {
             Command::Reproduce(reproduce) => reproduce.run(),
             Command::Live(live) => live.run(),
             Command::Cell(cell) => cell.run(),
+            Command::CameraDouble(double) => double.run(),
             Command::DecodeVideo(decode) => decode.run(),
         }
     }

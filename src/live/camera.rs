@@ -56,6 +56,10 @@ pub trait Camera: Send {
     fn next(&mut self, clock: &LiveClock) -> Taken;
     /// What happened that a user should know: how often pictures were unreadable, or the camera was opened anew.
     fn troubles(&self) -> u64;
+    /// What a user should read now, once.
+    fn news(&mut self) -> Option<String> {
+        None
+    }
 }
 
 /// A recording, played at its own speed.

@@ -1,16 +1,19 @@
-//! A robot cell that is not there: a torch along a made-up seam, a camera ahead of it, and a KUKA's cycle on the wire. What the
-//! corrections are worth is known, since the seam is.
+//! A robot cell that is not there: a torch along a made-up seam, a camera ahead of it, and a KUKA's or an ABB's cycle on the wire.
+//! What the corrections are worth is known, since the seam is.
 //!
 //! | file | what it does |
 //! |---|---|
 //! | `scene` | the seam, and the picture from any place |
 //! | `arm` | the robot: cycles, corrections executed late |
-//! | here | camera's thread, troubles, report |
+//! | `wire` | what the robot sends and reads: RSI, EGM |
+//! | `report` | what the torch did |
+//! | here | camera's thread, troubles |
 
 mod arm;
+mod report;
 mod scene;
+mod wire;
 
-use std::fmt;
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::str::FromStr;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
@@ -21,13 +24,14 @@ use rand::Rng;
 use rand::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use super::spread::Spread;
+use super::GuideSettings;
 use super::stream::write_picture;
-use super::{GuideSettings, State, Why, state_names};
 use crate::synth::ScenarioError;
 use arm::{Arm, Motion};
+pub use report::{CellReport, TorchError};
 pub use scene::CellScene;
 use scene::Seam;
+pub use wire::CellLink;
 
 /// From the middle of the exposure to the picture's sending \[s\], as a camera's readout and transfer take; rendering happens in
 /// it. Chosen.
@@ -42,6 +46,8 @@ const SEND: Duration = Duration::from_millis(500);
 pub struct CellSettings {
     /// The seam.
     pub scene: CellScene,
+    /// What the robot speaks.
+    pub link: CellLink,
     /// Speed of the torch \[mm/s\].
     pub speed_mm_s: f64,
     /// Length of the weld \[mm\].
@@ -73,6 +79,7 @@ impl Default for CellSettings {
         let guide = GuideSettings::default();
         Self {
             scene: CellScene::Sine,
+            link: CellLink::Rsi,
             speed_mm_s: 30.0,
             length_mm: 600.0,
             cycle_s: 0.004,
@@ -153,103 +160,6 @@ pub enum CellError {
     /// A part of the program failed, which is a fault of it.
     #[error("the thread of the {0} ended by itself: this is a fault of seamtrack, please report it")]
     Thread(&'static str),
-}
-
-/// What the torch did.
-#[derive(Debug, Clone, Default)]
-pub struct CellReport {
-    /// Cycles of the robot.
-    pub cycles: u64,
-    /// By the state that was answered.
-    pub by_state: [u64; State::ALL.len()],
-    /// Cycles without an answer in time, and most of them in a row; those of a cut network not counted.
-    pub late: u64,
-    /// Most late ones in a row.
-    pub longest_late: u64,
-    /// From asking to the answer \[ms\].
-    pub answer_ms: Spread,
-    /// Largest correction of one cycle \[mm\].
-    pub largest_step_mm: f64,
-    /// Torch beside the seam, from 10 mm behind the first correction on, also after a reset.
-    pub torch: TorchError,
-    /// The seam beside the taught line at the same places: what the error were without corrections.
-    pub uncorrected: TorchError,
-    /// Why corrections stopped, in their order.
-    pub stops: Vec<String>,
-    /// How far the torch came \[mm\].
-    pub reached_mm: f64,
-    /// Pictures sent, and lost on purpose.
-    pub pictures: u64,
-    /// Pictures lost on purpose.
-    pub lost: u64,
-    /// Pictures not made, since the one before was not ready.
-    pub skipped: u64,
-}
-
-/// A distance's mean, root mean square and maximum, without keeping its values.
-#[derive(Debug, Clone, Default)]
-pub struct TorchError {
-    count: u64,
-    sum_mm: f64,
-    squares_mm2: f64,
-    max_mm: f64,
-}
-
-impl TorchError {
-    fn push(&mut self, error_mm: f64) {
-        self.count += 1;
-        self.sum_mm += error_mm;
-        self.squares_mm2 += error_mm * error_mm;
-        self.max_mm = self.max_mm.max(error_mm.abs());
-    }
-
-    /// Number of values.
-    #[must_use]
-    pub const fn count(&self) -> u64 {
-        self.count
-    }
-
-    /// Root mean square \[mm\].
-    #[must_use]
-    pub fn rms_mm(&self) -> f64 {
-        (self.squares_mm2 / (self.count.max(1)) as f64).sqrt()
-    }
-
-    /// Mean \[mm\].
-    #[must_use]
-    pub fn mean_mm(&self) -> f64 {
-        self.sum_mm / (self.count.max(1)) as f64
-    }
-
-    /// Largest \[mm\].
-    #[must_use]
-    pub const fn max_mm(&self) -> f64 {
-        self.max_mm
-    }
-}
-
-impl fmt::Display for TorchError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "mean {:+.3}, rms {:.3}, max {:.3}", self.mean_mm(), self.rms_mm(), self.max_mm)
-    }
-}
-
-impl fmt::Display for CellReport {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        writeln!(f, "torch beside the seam [mm]: {} over {:.0} mm", self.torch, self.reached_mm)?;
-        writeln!(f, "without corrections [mm]: {}", self.uncorrected)?;
-        writeln!(f, "states: {}", state_names(&self.by_state))?;
-        writeln!(f, "answer [ms]: {}", self.answer_ms)?;
-        let late_pct = 100.0 * self.late as f64 / self.cycles.max(1) as f64;
-        writeln!(
-            f,
-            "late: {} of {} cycles ({late_pct:.2} %), longest run {}",
-            self.late, self.cycles, self.longest_late
-        )?;
-        writeln!(f, "largest step [mm]: {:.4}", self.largest_step_mm)?;
-        writeln!(f, "pictures: {} sent, {} lost, {} skipped", self.pictures, self.lost, self.skipped)?;
-        self.stops.iter().try_for_each(|stop| writeln!(f, "stopped: {stop}"))
-    }
 }
 
 /// What the cell's threads share.
@@ -396,9 +306,4 @@ fn accept(listener: &TcpListener) -> Option<TcpStream> {
     stream.set_nodelay(true).ok()?;
     stream.set_write_timeout(Some(SEND)).ok()?;
     Some(stream)
-}
-
-/// A stop in words.
-fn stop_in_words(why: Option<Why>, at_mm: f64) -> String {
-    format!("{} at {at_mm:.1} mm", why.map_or("unknown", Why::name))
 }

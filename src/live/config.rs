@@ -12,16 +12,19 @@ use crate::config::{Config, ConfigError};
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LiveConfig {
-    /// Where pictures come from: `file:PATH`, a recording at its own speed; `scene:NAME`, a made-up one; `tcp:HOST:PORT`, a
-    /// simulated cell.
+    /// Where pictures come from: `gige:ADDRESS` and `usb3:NAME`, cameras (feature `camera`); `file:PATH`, a recording at its own
+    /// speed; `scene:NAME`, a made-up one; `tcp:HOST:PORT`, a simulated cell.
     pub camera: String,
     /// How much faster than its own speed a recording or a scene is played. Default 1.
     #[serde(default = "one")]
     pub rate: f64,
     /// Least time from the middle of the exposure to the picture's arrival \[s\]: half the exposure, readout, transfer. A stamp
-    /// cannot tell it, since two clocks are compared by the quickest picture. Default 0. For `tcp:` only.
+    /// cannot tell it, since two clocks are compared by the quickest picture. Default 0. For `gige:`, `usb3:` and `tcp:`.
     #[serde(default)]
     pub camera_lag_s: f64,
+    /// How a camera is spoken to.
+    #[serde(default)]
+    pub genicam: GenicamConfig,
     /// The calibration of the sensor; without it `track.mm_per_px` must be given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub calibration: Option<PathBuf>,
@@ -46,9 +49,41 @@ pub struct LiveConfig {
     /// The robot.
     #[serde(default)]
     pub robot: RobotConfig,
+    /// Where the page can be looked at, such as 127.0.0.1:8080; nowhere when it is not given. Whoever reaches another address than
+    /// a loopback one can look. Needs the feature `page`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub page: Option<SocketAddr>,
+    /// With it the page can reset and stop; without it nobody can.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub page_token: Option<String>,
     /// Registers for a PLC; there are none when this is not given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modbus: Option<ModbusConfig>,
+}
+
+/// How a GigE Vision or USB3 Vision camera is spoken to.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct GenicamConfig {
+    /// Size of a packet with all headers \[bytes\]; tried out when it is not given. Larger ones need jumbo frames on the whole way.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub packet_bytes: Option<u16>,
+    /// Buffer of the socket \[bytes\]. Default 4 MiB: a dozen pictures. The system's `net.core.rmem_max` must allow it.
+    pub socket_bytes: u32,
+    /// Pictures a second; the camera's own setting when it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub frames_per_s: Option<f64>,
+    /// Exposure \[µs\]; the camera's own setting when it is not given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub exposure_us: Option<f64>,
+    /// A camera silent for longer is opened anew \[s\]. Default 1.
+    pub silent_s: f64,
+}
+
+impl Default for GenicamConfig {
+    fn default() -> Self {
+        Self { packet_bytes: None, socket_bytes: 4 << 20, frames_per_s: None, exposure_us: None, silent_s: 1.0 }
+    }
 }
 
 /// Registers for a PLC.
@@ -68,7 +103,7 @@ pub struct ModbusConfig {
 pub struct RobotConfig {
     /// Its protocol.
     pub link: Link,
-    /// Where we listen. Default 127.0.0.1:49152: RSI's usual port, and nobody but this machine.
+    /// Where we listen. Default 127.0.0.1:49152: RSI's usual port, and nobody but this machine. EGM's is 6510.
     pub listen: SocketAddr,
     /// Unit vector of the travel, in the frame of poses and corrections.
     pub travel: [f64; 3],
@@ -88,6 +123,8 @@ pub enum Link {
     None,
     /// KUKA RSI.
     Rsi,
+    /// ABB EGM, path correction. Corrections go along Y of the path's coordinates; `lateral` must be that direction.
+    Egm,
 }
 
 impl Default for RobotConfig {
@@ -113,6 +150,9 @@ const fn twenty_gigabytes() -> u64 {
 
 /// A unit vector's length, and the cosine of a right angle, may be off by this. Chosen: three decimals in a file.
 const UNIT_TOLERANCE: f64 = 2e-3;
+
+/// Shortest token. Chosen: longer than what is guessed over a network.
+const SHORTEST_TOKEN: usize = 12;
 
 impl LiveConfig {
     /// Reads `live.toml`.
@@ -151,6 +191,15 @@ impl LiveConfig {
             600.0,
         )?;
         within("rate", self.rate, 0.01, 1000.0)?;
+        let genicam = &self.genicam;
+        within("genicam.packet_bytes", genicam.packet_bytes.map_or(1400.0, f64::from), 576.0, 16_000.0)?;
+        within("genicam.socket_bytes", f64::from(genicam.socket_bytes), 65_536.0, 1e9)?;
+        within("genicam.frames_per_s", genicam.frames_per_s.unwrap_or(1.0), 0.1, 10_000.0)?;
+        within("genicam.exposure_us", genicam.exposure_us.unwrap_or(1.0), 0.1, 1e6)?;
+        within("genicam.silent_s", genicam.silent_s, 0.1, 60.0)?;
+        if self.page_token.as_ref().is_some_and(|token| token.len() < SHORTEST_TOKEN) {
+            return Err(format!("page_token must have {SHORTEST_TOKEN} characters or more: it can stop the weld"));
+        }
         match self.torch_px {
             Some(point) if !point.iter().all(|px| px.is_finite()) => Err("torch_px must be two numbers".into()),
             _ => Ok(()),

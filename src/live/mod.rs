@@ -16,11 +16,15 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `run`, `config` | threads of a live run, and `live.toml` |
+//! | `run`, `tracking`, `config` | threads of a live run, and `live.toml` |
 //! | `slot` | the newest picture between camera and tracker |
 //! | `camera`, `stream` | a recording or a scene at its own speed; pictures of a simulated cell |
-//! | `robot`, `rsi` | cycles and answers; KUKA's messages |
+//! | `genicam` | GigE Vision and USB3 Vision cameras, with the feature `camera` |
+//! | `double` | a GigE Vision camera that is not there |
+//! | `robot`, `wire` | cycles and answers, the same for every robot |
+//! | `rsi`, `egm` | KUKA's and ABB's messages |
 //! | `modbus` | registers for a PLC |
+//! | `page/` | a page to look at it, with the feature `page` |
 //! | `recorder` | the log that `track` reads |
 //! | `spread` | latencies in memory that does not grow |
 //! | `cell` | a simulated robot cell with a known seam |
@@ -32,10 +36,18 @@ mod cell;
 #[cfg(feature = "cli")]
 mod config;
 mod corrections;
+#[cfg(feature = "cli")]
+mod double;
+#[cfg(feature = "cli")]
+mod egm;
+#[cfg(feature = "camera")]
+mod genicam;
 mod guard;
 mod guide;
 #[cfg(feature = "cli")]
 mod modbus;
+#[cfg(feature = "page")]
+mod page;
 mod poses;
 #[cfg(feature = "cli")]
 mod recorder;
@@ -54,13 +66,20 @@ mod spread;
 mod stamps;
 #[cfg(feature = "cli")]
 mod stream;
+#[cfg(feature = "cli")]
+mod tracking;
+#[cfg(feature = "cli")]
+mod wire;
 
 #[cfg(feature = "cli")]
 pub use cell::{
-    CellError, CellReport, CellScene, CellSettings, READOUT_S, TorchError, Trouble, TroubleKind, run as run_cell,
+    CellError, CellLink, CellReport, CellScene, CellSettings, READOUT_S, TorchError, Trouble, TroubleKind,
+    run as run_cell,
 };
 #[cfg(feature = "cli")]
-pub use config::{Link, LiveConfig, ModbusConfig, RobotConfig};
+pub use config::{GenicamConfig, Link, LiveConfig, ModbusConfig, RobotConfig};
+#[cfg(feature = "cli")]
+pub use double::{DoubleError, DoubleReport, DoubleSettings, Fault, run as run_double};
 
 pub use guard::{State, Why};
 pub use guide::{Answer, Correction, Guide, Offset, Sighting};

@@ -220,7 +220,16 @@ mod tests {
             remaining_mm: Some(0.02),
             age_s: Some(0.016),
         };
-        Registers::of(Some(&Told { answer, cycle: 65_541 }), [7, 8, 9], 70.0)
+        Registers::of(
+            Some(&Told {
+                answer,
+                cycle: 65_541,
+                #[cfg(feature = "page")]
+                late: 0,
+            }),
+            [7, 8, 9],
+            70.0,
+        )
     }
 
     fn read(registers: &Registers, from: u16, count: u16) -> Vec<u8> {

@@ -11,14 +11,14 @@ use super::camera::LiveClock;
 use super::config::RobotConfig;
 use super::guide::{Answer, Guide, Sighting};
 use super::poses::Pose;
-use super::rsi::{Command, Cycle, write_answer};
 use super::spread::Spread;
 use super::stamps::StampMap;
+use super::wire::{Command, Heard, Wire};
 use super::{State, Why};
 
 /// Longest that the robot is waited for before somebody looks whether the run is to end. Chosen.
 const WAIT: Duration = Duration::from_millis(50);
-/// Longest message that is read \[bytes\]. Chosen: RSI's are some hundred.
+/// Longest message that is read \[bytes\]. Chosen: RSI's and EGM's are some hundred.
 const LONGEST_MESSAGE: usize = 4096;
 
 /// What all threads of a run share.
@@ -39,6 +39,9 @@ pub struct Told {
     pub answer: Answer,
     /// Number of the cycle: a heartbeat.
     pub cycle: u64,
+    /// Packets that came late, so far.
+    #[cfg(feature = "page")]
+    pub late: u64,
 }
 
 /// What a PLC asks for: registers that it writes.
@@ -51,6 +54,8 @@ pub struct Orders {
     heard_ms: AtomicU64,
     /// The torch's speed \[0.01 mm/s\]; 0: the configured one.
     speed: AtomicU16,
+    /// A [`Command`] from the page; acts once.
+    asked: AtomicU16,
 }
 
 impl Orders {
@@ -69,6 +74,12 @@ impl Orders {
             2 => self.speed.store(value, Ordering::Relaxed),
             _ => {}
         }
+    }
+
+    /// Asks for a reset or a stop, once.
+    #[cfg(feature = "page")]
+    pub fn ask(&self, command: Command) {
+        self.asked.store(command.code(), Ordering::Relaxed);
     }
 
     fn silent_s(&self, now_s: f64) -> f64 {
@@ -99,7 +110,7 @@ pub struct RobotCounts {
     pub not_understood: u64,
     /// Messages with the stamp of the one before, or an older one: answered with a hold.
     pub not_new: u64,
-    /// Packets that came late, as the robot counts them.
+    /// Packets that came late: as the robot counts them (RSI); that never came, or were overtaken before we read them (EGM).
     pub late: u64,
     /// Sightings without a pose.
     pub unpaired: u64,
@@ -140,13 +151,15 @@ impl<'a> Leader<'a> {
         Self { guide, sightings, shared, clock, news, counts, plc_silent_s, ordered, cycle: 0, last: None }
     }
 
-    /// Does what a PLC asks for; whether all was forgotten.
+    /// Does what a PLC or the page asks for; whether all was forgotten.
     fn obey(&mut self, now_s: f64) -> bool {
         if self.plc_silent_s.is_some_and(|limit_s| self.shared.orders.silent_s(now_s) > limit_s) {
             self.guide.stop(Why::PlcSilent);
         }
+        let by_page = self.carry_out(Command::of(self.shared.orders.asked.swap(0, Ordering::Relaxed)));
         let asked = Command::of(self.shared.orders.written()[0]);
-        std::mem::replace(&mut self.ordered, asked) != asked && self.carry_out(asked)
+        let by_plc = std::mem::replace(&mut self.ordered, asked) != asked && self.carry_out(asked);
+        by_page || by_plc
     }
 
     /// Whether all was forgotten.
@@ -173,7 +186,12 @@ impl<'a> Leader<'a> {
         }
         self.cycle += 1;
         if let Ok(mut told) = self.shared.told.try_lock() {
-            *told = Some(Told { answer: *answer, cycle: self.cycle });
+            *told = Some(Told {
+                answer: *answer,
+                cycle: self.cycle,
+                #[cfg(feature = "page")]
+                late: self.counts.late,
+            });
         }
         let now = (answer.state, answer.why);
         if self.last.replace(now) != Some(now) {
@@ -201,16 +219,15 @@ impl<'a> Leader<'a> {
         }
     }
 
-    /// Answers a KUKA until the run ends.
+    /// Answers a robot until the run ends.
     ///
     /// # Errors
     /// When the socket fails for another reason than time.
-    pub fn answer_rsi(&mut self, socket: &UdpSocket, config: &RobotConfig) -> std::io::Result<()> {
+    pub fn answer(&mut self, socket: &UdpSocket, wire: &mut dyn Wire, config: &RobotConfig) -> std::io::Result<()> {
         socket.set_read_timeout(Some(WAIT))?;
-        let (mut buffer, mut text) = ([0; LONGEST_MESSAGE], String::with_capacity(512));
-        let (mut start_mm, mut command, mut heartbeat) = (None, Command::Nothing, 0_u32);
-        let mut last: Option<(u64, Answer)> = None;
-        let mut stamps = StampMap::default();
+        let (mut buffer, mut bytes) = ([0; LONGEST_MESSAGE], Vec::with_capacity(512));
+        let mut seam = Seam::default();
+        let mut overtaken = 0;
         while !self.shared.is_ending() {
             let (length, from) = match socket.recv_from(&mut buffer) {
                 Ok(received) => received,
@@ -225,47 +242,78 @@ impl<'a> Leader<'a> {
                 },
             };
             let (began, now_s) = (Instant::now(), self.clock.now_s());
-            let Some(cycle) = std::str::from_utf8(&buffer[..length]).ok().and_then(Cycle::parse) else {
+            let Some(heard) = wire.read(&buffer[..length]) else {
                 self.counts.not_understood += 1;
                 continue;
             };
+            self.counts.late = self.counts.late.max(heard.late + overtaken);
+            if self.obey_robot(&heard, &mut seam, now_s) {
+                seam = Seam { command: seam.command, ..Seam::default() };
+            }
+            if wire.answers_newest_only() && is_another_waiting(socket)? {
+                overtaken += 1;
+                continue;
+            }
             self.see();
-            self.counts.late = self.counts.late.max(cycle.late.unwrap_or(0));
-            let mut is_reset = self.obey(now_s);
-            if let Some(asked) = cycle.command
-                && std::mem::replace(&mut command, asked) != asked
-            {
-                is_reset |= self.carry_out(asked);
+            let answer = self.answer_to(&heard, &mut seam, now_s, config);
+            if wire.write(&mut bytes, &answer) {
+                // What cannot be sent is a late packet for the robot, which counts it.
+                let _sent = socket.send_to(&bytes, from);
             }
-            if is_reset {
-                (start_mm, last) = (None, None);
-                stamps.clear();
-            }
-            // A stamp that does not go on is a robot that stands: it gets no step for it.
-            let stamp: u64 = cycle.ipoc.parse().unwrap_or(0);
-            let answer = match last {
-                Some((before, answer)) if stamp <= before => {
-                    self.counts.not_new += 1;
-                    Answer { correction: super::Correction::Hold, ..answer }
-                }
-                _ => {
-                    let start_mm = *start_mm.get_or_insert(cycle.tool_mm);
-                    // The robot's stamp counts milliseconds: so poses that come in a heap keep their distance in time.
-                    let posed_s = stamps.map(stamp as f64 * 1e-3, now_s);
-                    let answer = self.guide.cycle_posed(now_s, posed_s, pose(cycle.tool_mm, start_mm, config));
-                    last = Some((stamp, answer));
-                    answer
-                }
-            };
-            heartbeat = heartbeat.wrapping_add(1);
-            write_answer(&mut text, cycle.ipoc, &answer, config.lateral, heartbeat);
-            // What cannot be sent is a late packet for the robot, which counts it.
-            let _sent = socket.send_to(text.as_bytes(), from);
             self.counts.work_ms.push(began.elapsed().as_secs_f64() * 1e3);
             self.tell(&answer);
         }
         Ok(())
     }
+
+    /// Does what PLC, page and robot ask for; whether all was forgotten.
+    fn obey_robot(&mut self, heard: &Heard, seam: &mut Seam, now_s: f64) -> bool {
+        let is_reset = self.obey(now_s);
+        match heard.command {
+            Some(asked) if std::mem::replace(&mut seam.command, asked) != asked => self.carry_out(asked) || is_reset,
+            _ => is_reset,
+        }
+    }
+
+    fn answer_to(&mut self, heard: &Heard, seam: &mut Seam, now_s: f64, config: &RobotConfig) -> Answer {
+        match seam.last {
+            // A stamp that does not go on is a robot that stands: it gets no step for it.
+            Some((before_ms, answer)) if heard.stamp_ms <= before_ms => {
+                self.counts.not_new += 1;
+                Answer { correction: super::Correction::Hold, ..answer }
+            }
+            _ => {
+                let start_mm = *seam.start_mm.get_or_insert(heard.tool_mm);
+                // The robot's stamp counts milliseconds: so poses that come in a heap keep their distance in time.
+                let posed_s = seam.stamps.map(heard.stamp_ms as f64 * 1e-3, now_s);
+                let answer = self.guide.cycle_posed(now_s, posed_s, pose(heard.tool_mm, start_mm, config));
+                seam.last = Some((heard.stamp_ms, answer));
+                answer
+            }
+        }
+    }
+}
+
+/// What is remembered of the robot from message to message, until the next seam.
+struct Seam {
+    start_mm: Option<[f64; 3]>,
+    last: Option<(u64, Answer)>,
+    stamps: StampMap,
+    command: Command,
+}
+
+impl Default for Seam {
+    fn default() -> Self {
+        Self { start_mm: None, last: None, stamps: StampMap::default(), command: Command::Nothing }
+    }
+}
+
+/// Whether a message can be read at once.
+fn is_another_waiting(socket: &UdpSocket) -> std::io::Result<bool> {
+    socket.set_nonblocking(true)?;
+    let is_waiting = socket.peek(&mut [0; 1]).is_ok();
+    socket.set_nonblocking(false)?;
+    Ok(is_waiting)
 }
 
 /// Along and across the travel, from the start.

@@ -7,6 +7,7 @@
 use std::fmt::Write;
 
 use super::guide::{Answer, Correction};
+use super::wire::{Command, Heard, Wire};
 
 /// One message of the robot.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,30 +18,50 @@ pub struct Cycle<'a> {
     pub tool_mm: [f64; 3],
     /// Packets that came late, as the robot counts them.
     pub late: Option<u64>,
-    /// What the robot's program asks for; acts when it changes.
+    /// What the robot's program asks for, in `<Seam C="…"/>`; acts when it changes.
     pub command: Option<Command>,
 }
 
-/// What a robot's program may ask for, in `<Seam C="…"/>`.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Command {
-    /// 0: nothing.
-    Nothing,
-    /// 1: forget all, a stop too: the next seam begins.
-    Reset,
-    /// 2: give up.
-    Stop,
+/// The sensor's end of RSI.
+#[derive(Debug)]
+pub struct Rsi {
+    /// Unit vector of the corrections.
+    lateral: [f64; 3],
+    ipoc: String,
+    heartbeat: u32,
+    late: u64,
+    text: String,
 }
 
-impl Command {
-    /// By its number on the wire; others are nothing.
+impl Rsi {
+    /// Corrections go along `lateral`, a unit vector of the correction's frame.
     #[must_use]
-    pub const fn of(code: u16) -> Self {
-        match code {
-            1 => Self::Reset,
-            2 => Self::Stop,
-            _ => Self::Nothing,
-        }
+    pub const fn new(lateral: [f64; 3]) -> Self {
+        Self { lateral, ipoc: String::new(), heartbeat: 0, late: 0, text: String::new() }
+    }
+}
+
+impl Wire for Rsi {
+    fn read(&mut self, bytes: &[u8]) -> Option<Heard> {
+        let cycle = Cycle::parse(std::str::from_utf8(bytes).ok()?)?;
+        self.late = self.late.max(cycle.late.unwrap_or(0));
+        self.ipoc.clear();
+        self.ipoc.push_str(cycle.ipoc);
+        let stamp_ms = cycle.ipoc.parse().unwrap_or(0);
+        Some(Heard { stamp_ms, tool_mm: cycle.tool_mm, late: self.late, command: cycle.command })
+    }
+
+    fn write(&mut self, to: &mut Vec<u8>, answer: &Answer) -> bool {
+        self.heartbeat = self.heartbeat.wrapping_add(1);
+        write_answer(&mut self.text, &self.ipoc, answer, self.lateral, self.heartbeat);
+        to.clear();
+        to.extend_from_slice(self.text.as_bytes());
+        true
+    }
+
+    /// Each message is answered: the robot counts those that are not.
+    fn answers_newest_only(&self) -> bool {
+        false
     }
 }
 

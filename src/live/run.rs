@@ -3,29 +3,32 @@
 use std::fmt;
 use std::net::{TcpListener, UdpSocket};
 use std::path::Path;
+use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::time::{Duration, Instant};
 
 use super::camera::{Camera, LiveClock, Picture, Player, SceneSource, Taken};
-use super::config::{Link, LiveConfig, ModbusConfig};
-use super::guide::{Guide, Offset, Sighting};
+use super::config::{Link, LiveConfig, ModbusConfig, RobotConfig};
+use super::egm::Egm;
+use super::guide::Guide;
 use super::modbus;
 use super::recorder::{self, Entry, RecordError};
 use super::robot::{Leader, RobotCounts, Shared};
+use super::rsi::Rsi;
 use super::settings::BadGuideSetting;
-use super::slot::{Fetched, Slot};
+use super::slot::Slot;
 use super::spread::Spread;
 use super::state_names;
 use super::stream::StreamCamera;
+use super::tracking::Tracking;
+use super::wire::Wire;
 use crate::calib::file::CalibrationFileError;
-use crate::calib::{KnownSensor, Ruler};
 use crate::config::ConfigError;
-use crate::run::{RunError, expect_calibrated_size, marks, row, session_settings};
+use crate::run::RunError;
 use crate::source::{Period, SourceError};
 use crate::synth::{ScenarioError, Scene, builtin};
-use crate::tracker::{Estimate, Observation, Session, SessionSettings, Status, TrackerError};
-use crate::units::PixelPoint;
+use crate::tracker::TrackerError;
 
 /// Sightings, and frames to be recorded, that may wait. Chosen: a second of a quick camera.
 const SIGHTINGS: usize = 64;
@@ -38,8 +41,13 @@ const WAIT: Duration = Duration::from_millis(50);
 #[derive(Debug, thiserror::Error)]
 pub enum LiveError {
     /// The camera's name is none.
-    #[error("the camera {0:?} is none that is known: give file:PATH, scene:NAME or tcp:HOST:PORT")]
+    #[error(
+        "the camera {0:?} is none that is known: give gige:ADDRESS, usb3:NAME, file:PATH, scene:NAME or tcp:HOST:PORT"
+    )]
     Camera(String),
+    /// The program speaks to no cameras.
+    #[error("this program was built without cameras: build it with `--features camera`, or give file:, scene: or tcp:")]
+    NoCameras,
     /// The recording cannot be opened.
     #[error(transparent)]
     Source(#[from] SourceError),
@@ -58,6 +66,11 @@ pub enum LiveError {
     /// What is known of the sensor contradicts the configuration or the pictures.
     #[error(transparent)]
     Run(#[from] RunError),
+    /// The program has no page.
+    #[error(
+        "this program was built without the page: take `page` out of the configuration, or build it with `--features page`"
+    )]
+    NoPage,
     /// The robot needs millimetres.
     #[error("corrections are in millimetres: give calibration, or mm_per_px under [track]")]
     NoMillimetres,
@@ -143,14 +156,22 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
     let robot_port = port(config.robot.listen);
     let socket = match config.robot.link {
         Link::None => None,
-        Link::Rsi => Some(UdpSocket::bind(config.robot.listen).map_err(robot_port)?),
+        Link::Rsi | Link::Egm => Some(UdpSocket::bind(config.robot.listen).map_err(robot_port)?),
     };
     let listen = |modbus: &ModbusConfig| TcpListener::bind(modbus.listen).map_err(port(modbus.listen));
     let registers = config.modbus.as_ref().map(listen).transpose()?;
     let log = config.record.as_deref().map(|path| Ok::<_, RecordError>((path, recorder::create(path)?))).transpose()?;
-    let (shared, slot, clock) = (Shared::default(), Slot::default(), LiveClock::start());
+    #[cfg(feature = "page")]
+    let page = super::page::Page::open(config)?;
+    #[cfg(feature = "page")]
+    let tracking = tracking.shown_on(page.view());
+    if !cfg!(feature = "page") && config.page.is_some() {
+        return Err(LiveError::NoPage);
+    }
+    let (shared, slot, clock) = (Arc::new(Shared::default()), Slot::default(), LiveClock::start());
     let (saw, sightings) = sync_channel(SIGHTINGS);
     let (tell, told) = sync_channel::<String>(NEWS);
+    let camera_tells = tell.clone();
     let (to_log, entries) = sync_channel(RECORDED_AHEAD);
     let began = Instant::now();
 
@@ -167,7 +188,7 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
                 let _ending = Ending(shared);
                 match socket {
                     None => leader.lead_by_speed(&config.robot),
-                    Some(socket) => leader.answer_rsi(socket, &config.robot)?,
+                    Some(socket) => leader.answer(socket, wire(&config.robot).as_mut(), &config.robot)?,
                 }
                 Ok(leader.counts)
             })
@@ -179,12 +200,17 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
                 modbus::serve(listener, shared, clock).map_err(port(address))
             })
         });
+        #[cfg(feature = "page")]
+        let page = scope.spawn(move || {
+            let address = config.page.unwrap_or(config.robot.listen);
+            page.serve(shared, clock).map_err(port(address))
+        });
         let tracker = scope.spawn(move || {
             let _ending = Ending(shared);
             tracking.run(slot, clock, shared, &saw, to_log.as_ref())
         });
         let pictures = scope.spawn(move || {
-            let pictures = watch(camera.as_mut(), slot, &clock, shared);
+            let pictures = watch(camera.as_mut(), slot, &clock, shared, &camera_tells);
             slot.close();
             (pictures, camera.troubles())
         });
@@ -204,12 +230,22 @@ pub fn run(config: &LiveConfig, ends: &AtomicBool, mut news: impl FnMut(&str)) -
         told.try_iter().for_each(|line| news(&line));
         let served = registers.map(|served| served.join().map_err(|_| LiveError::Thread("registers")));
         served.transpose()?.transpose()?;
+        #[cfg(feature = "page")]
+        page.join().map_err(|_| LiveError::Thread("page"))??;
         let robot = counted.map_err(robot_port)?;
         Ok::<_, LiveError>(LiveReport { pictures, camera_troubles, recorded, robot, ..tracked })
     })?;
     report.passed_over = slot.passed_over();
     report.elapsed_s = began.elapsed().as_secs_f64();
     Ok(report)
+}
+
+/// The robot's protocol.
+fn wire(robot: &RobotConfig) -> Box<dyn Wire> {
+    match robot.link {
+        Link::Egm => Box::new(Egm::default()),
+        Link::None | Link::Rsi => Box::new(Rsi::new(robot.lateral)),
+    }
 }
 
 /// Ends the whole run when a thread ends, however it does.
@@ -240,12 +276,23 @@ fn open_camera(config: &LiveConfig) -> Result<Box<dyn Camera>, LiveError> {
             Box::new(Player::new(Box::new(SceneSource::new(scene)), config.rate))
         }
         "tcp" => Box::new(StreamCamera::new(place.parse().map_err(|_| unknown())?, config.camera_lag_s)),
+        "gige" | "usb3" if place.is_empty() => return Err(unknown()),
+        #[cfg(feature = "camera")]
+        "gige" | "usb3" => Box::new(super::genicam::GenicamCamera::new(place, config.genicam, config.camera_lag_s)),
+        #[cfg(not(feature = "camera"))]
+        "gige" | "usb3" => return Err(LiveError::NoCameras),
         _ => return Err(unknown()),
     })
 }
 
 /// Fetches pictures until the run or the recording ends.
-fn watch(camera: &mut dyn Camera, slot: &Slot<Picture>, clock: &LiveClock, shared: &Shared) -> u64 {
+fn watch(
+    camera: &mut dyn Camera,
+    slot: &Slot<Picture>,
+    clock: &LiveClock,
+    shared: &Shared,
+    news: &SyncSender<String>,
+) -> u64 {
     let mut pictures = 0;
     while !shared.is_ending() {
         match camera.next(clock) {
@@ -256,121 +303,10 @@ fn watch(camera: &mut dyn Camera, slot: &Slot<Picture>, clock: &LiveClock, share
             Taken::Nothing => {}
             Taken::End => break,
         }
+        if let Some(line) = camera.news() {
+            // What does not fit is not told.
+            let _told = news.try_send(line);
+        }
     }
     pictures
-}
-
-/// The tracker at work.
-struct Tracking {
-    session: Session,
-    known: KnownSensor,
-    torch: Option<PixelPoint>,
-    mirrored: bool,
-    first_ns: Option<u64>,
-    ruler: Option<Ruler>,
-    report: LiveReport,
-}
-
-impl Tracking {
-    fn new(config: &LiveConfig) -> Result<Self, LiveError> {
-        let track = &config.track;
-        let known = config.calibration.as_deref().map_or_else(|| Ok(track.sensor()), KnownSensor::read)?;
-        if !known.sensor.has_millimetres() {
-            return Err(LiveError::NoMillimetres);
-        }
-        let settings = SessionSettings { lag: None, ..session_settings(track, &known)? };
-        Ok(Self {
-            session: Session::new(&settings)?,
-            known,
-            torch: config.torch_px.map(|[u_px, v_px]| PixelPoint::new(u_px, v_px)),
-            mirrored: config.mirrored,
-            first_ns: None,
-            ruler: None,
-            report: LiveReport::default(),
-        })
-    }
-
-    fn run(
-        mut self,
-        slot: &Slot<Picture>,
-        clock: LiveClock,
-        shared: &Shared,
-        saw: &SyncSender<Sighting>,
-        to_log: Option<&SyncSender<Entry>>,
-    ) -> Result<LiveReport, LiveError> {
-        loop {
-            let picture = match slot.fetch(WAIT) {
-                Fetched::Newest(picture) => picture,
-                Fetched::Nothing if !shared.is_ending() => continue,
-                Fetched::Nothing | Fetched::Closed => return Ok(self.report),
-            };
-            let exposed_s = picture.exposed_s;
-            expect_calibrated_size(&self.known, (picture.frame.width_px(), picture.frame.height_px()))?;
-            let began = Instant::now();
-            // Counted from the first one, as `track` counts those of the log.
-            let first_ns = *self.first_ns.get_or_insert(picture.stamp_ns);
-            let time_s = picture.stamp_ns.saturating_sub(first_ns) as f64 * 1e-9;
-            let estimate = self.session.step(&picture.frame, time_s)?;
-            self.report.step_ms.push(began.elapsed().as_secs_f64() * 1e3);
-            self.lay_ruler(&picture);
-            let sighting = self.sighting(&estimate, exposed_s);
-            if saw.try_send(sighting).is_err() {
-                self.report.sightings_lost += 1;
-            }
-            self.report.exposure_to_estimate_ms.push((clock.now_s() - exposed_s) * 1e3);
-            self.report.by_status[status_number(estimate.status)] += 1;
-            if let Some(to_log) = to_log {
-                self.record(picture, time_s, &estimate, shared, to_log);
-            }
-        }
-    }
-
-    fn lay_ruler(&mut self, picture: &Picture) {
-        let (None, Some(axis)) = (&self.ruler, self.session.axis()) else { return };
-        let (width, height) = (picture.frame.width_px() as f64, picture.frame.height_px() as f64);
-        let middle = PixelPoint::new((width - 1.0) / 2.0, (height - 1.0) / 2.0);
-        let origin = self.torch.unwrap_or(middle);
-        self.ruler = Some(Ruler { sensor: self.known.sensor.clone(), axis, origin });
-    }
-
-    /// What the robot's thread needs to know of a frame.
-    fn sighting(&self, estimate: &Estimate, exposed_s: f64) -> Sighting {
-        let is_live = !matches!(estimate.observation, Observation::Frozen | Observation::BadStamp);
-        let seen = estimate.seam.filter(|_| estimate.status == Status::Tracked && !estimate.repeated);
-        let seam = self.ruler.as_ref().zip(seen).and_then(|(ruler, seam)| {
-            let lateral_mm = ruler.position_mm(seam.centre)?;
-            let std_mm = ruler.noise_mm2(seam.centre, seam.std_px, seam.std_across_px)?[(0, 0)].sqrt();
-            Some(Offset { lateral_mm: if self.mirrored { -lateral_mm } else { lateral_mm }, std_mm })
-        });
-        Sighting { exposed_s, is_live, seam }
-    }
-
-    fn record(
-        &mut self,
-        picture: Picture,
-        time_s: f64,
-        estimate: &Estimate,
-        shared: &Shared,
-        to_log: &SyncSender<Entry>,
-    ) {
-        let number = self.report.by_status.iter().sum::<u64>() as usize - 1;
-        let entry = Entry {
-            picture: picture.frame,
-            row: row(number, format!("live[{number}]"), time_s, Some(estimate), self.ruler.as_ref()),
-            marks: marks(Some(estimate)),
-            answer: shared.last().map(|told| told.answer),
-        };
-        if let Err(TrySendError::Full(_) | TrySendError::Disconnected(_)) = to_log.try_send(entry) {
-            self.report.record_holes += 1;
-        }
-    }
-}
-
-const fn status_number(status: Status) -> usize {
-    match status {
-        Status::Seeking => 0,
-        Status::Tracked => 1,
-        Status::Coasting => 2,
-        Status::Lost => 3,
-    }
 }

@@ -8,7 +8,7 @@ const STYLE: &str = include_str!("page/page.css");
 pub(super) const WITHOUT_SCRIPT: &str = "default-src 'none'; style-src 'unsafe-inline'; img-src data:";
 
 /// The head of a page called `title`, under the content-security policy `policy`; `own` is what the page adds to the style.
-pub(super) fn head(title: &str, policy: &str, own: &Markup) -> Markup {
+pub(crate) fn head(title: &str, policy: &str, own: &Markup) -> Markup {
     html! {
         head {
             meta charset="utf-8";

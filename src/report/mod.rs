@@ -58,3 +58,6 @@ pub mod trace;
 pub mod truth;
 pub mod tum;
 pub mod verdict;
+
+#[cfg(feature = "page")]
+pub(crate) use head::head;

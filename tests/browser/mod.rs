@@ -102,23 +102,33 @@ impl Page {
         self.show_until(file, window, scheme, &loaded);
     }
 
-    fn show_until(&mut self, file: &Path, (width, height): (u32, u32), scheme: &str, is_there: &str) {
+    fn show_until(&mut self, file: &Path, window: (u32, u32), scheme: &str, is_there: &str) {
+        self.show_url(&format!("file://{}", file.display()), window, scheme, is_there);
+    }
+
+    /// Show what is at an address, and wait until an expression is true.
+    pub fn show_url(&mut self, url: &str, (width, height): (u32, u32), scheme: &str, is_there: &str) {
         self.call(
             "Emulation.setDeviceMetricsOverride",
             json!({"width": width, "height": height, "deviceScaleFactor": 1, "mobile": false}),
         );
         let features = json!([{"name": "prefers-color-scheme", "value": scheme}]);
         self.call("Emulation.setEmulatedMedia", json!({ "features": features }));
-        self.call("Page.navigate", json!({"url": format!("file://{}", file.display())}));
+        self.call("Page.navigate", json!({ "url": url }));
+        self.wait_for(is_there);
+        self.settle();
+    }
+
+    /// Wait until an expression is true.
+    pub fn wait_for(&mut self, is_there: &str) {
         for _ in 0..600 {
             if self.evaluate(is_there) == true {
-                self.settle();
                 return;
             }
             assert_eq!(self.complaints(), Vec::<String>::new());
             std::thread::sleep(Duration::from_millis(50));
         }
-        panic!("{} was not drawn; events: {:?}", file.display(), self.complaints());
+        panic!("{is_there} did not come true; events: {:?}", self.complaints());
     }
 
     /// Wait until what was asked for is painted.

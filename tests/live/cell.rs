@@ -11,13 +11,18 @@ const CAP_MM: f64 = 0.1;
 
 /// A live run and a cell with `arguments`; their reports.
 fn weld(folder: &Path, arguments: &[&str], while_welding: impl FnOnce(&Child)) -> (String, Output) {
+    weld_by("rsi", folder, arguments, while_welding)
+}
+
+fn weld_by(link: &str, folder: &Path, arguments: &[&str], while_welding: impl FnOnce(&Child)) -> (String, Output) {
     let (camera, corrections) = (free_tcp().to_string(), free_udp().to_string());
     let text = format!(
-        "camera = \"tcp:{camera}\"\ncamera_lag_s = 0.01\n[track]\nmm_per_px = 0.073\n[robot]\nlink = \"rsi\"\nlisten = \"{corrections}\"\n"
+        "camera = \"tcp:{camera}\"\ncamera_lag_s = 0.01\n[track]\nmm_per_px = 0.073\n[robot]\nlink = \"{link}\"\nlisten = \"{corrections}\"\n"
     );
     let live = seamtrack().args(["live", "--config"]).arg(configured(folder, &text)).spawn().unwrap();
     let mut cell = seamtrack();
-    let cell = cell.args(["cell", "--camera", &camera, "--corrections", &corrections]).args(arguments).spawn().unwrap();
+    cell.args(["cell", "--link", link, "--camera", &camera, "--corrections", &corrections]).args(arguments);
+    let cell = cell.spawn().unwrap();
     while_welding(&live);
     let cell = cell.wait_with_output().unwrap();
     end(&live, "-TERM");
@@ -43,6 +48,18 @@ fn a_camera_that_freezes_for_good_stops_the_corrections_and_the_exit_code_says_s
     assert!(numbers(&report, "largest step [mm]:")[0] <= CAP_MM + 1e-9, "{report}");
 }
 
+#[test]
+fn an_abb_is_answered_too_and_a_stop_is_silence() {
+    let folder = tempfile::tempdir().unwrap();
+    let arguments = ["--length", "300", "--trouble", "frozen@40:60"];
+    let (live, cell) = weld_by("egm", folder.path(), &arguments, |_| ());
+    assert_eq!(cell.status.code(), Some(3), "{}", text(&cell.stderr));
+    let report = text(&cell.stdout);
+    assert!(report.contains("stopped: unknown"), "the robot's time-out: {report}");
+    assert!(numbers(&report, "largest step [mm]:")[0] <= CAP_MM + 1e-9, "{report}");
+    assert_eq!(numbers(&live, "late packets")[1..3], [0.0, 0.0], "every message was understood and new: {live}");
+}
+
 /// Root mean square and maximum of the torch's error \[mm\].
 fn torch_mm(cell: &Output) -> (f64, f64) {
     let report = done(cell);
@@ -60,9 +77,24 @@ fn the_torch_keeps_to_the_seam() {
         let (rms_mm, max_mm) = torch_mm(&cell);
         assert!(rms_mm <= 0.08 && max_mm <= 0.3, "{scene}: rms {rms_mm}, max {max_mm}");
     }
+    let (_, cell) = weld_by("egm", folder.path(), &["--speed", "10", "--length", "300"], |_| ());
+    let (rms_mm, max_mm) = torch_mm(&cell);
+    assert!(rms_mm <= 0.08 && max_mm <= 0.3, "EGM at 10 mm/s: rms {rms_mm}, max {max_mm}");
     let (_, cell) = weld(folder.path(), &["--lose", "0.5", "--trouble", "stall@300:0.5"], |_| ());
     let (_, max_mm) = torch_mm(&cell);
     assert!(max_mm <= 0.6, "with a stall: {max_mm}");
+}
+
+#[test]
+#[ignore = "40 s and a quiet machine: make live-test"]
+fn ten_thousand_cycles_of_four_milliseconds_are_answered_in_time() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, cell) = weld(folder.path(), &["--length", "1200"], |_| ());
+    let report = done(&cell);
+    println!("{report}");
+    let late = numbers(&report, "late:");
+    assert!(late[1] >= 9_900.0 && late[2] <= 0.5 && late[3] <= 4.0, "{report}");
+    assert!(numbers(&report, "answer [ms]:")[1] <= 0.2, "{report}");
 }
 
 #[test]

@@ -1,18 +1,21 @@
 //! The robot of a simulated cell: drives along the taught line, asks for a correction each cycle, executes it late.
 
 use std::collections::VecDeque;
-use std::fmt::Write;
 use std::net::UdpSocket;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
-use super::{Cell, CellReport, CellSettings, TroubleKind, stop_in_words};
+use super::report::stop_in_words;
+use super::wire::{Move, Read, Wire};
+use super::{Cell, CellReport, CellSettings, TroubleKind};
 use crate::live::{State, Why};
 
 /// The torch is judged from so far behind the first correction \[mm\]. Chosen.
 const SETTLED_MM: f64 = 10.0;
 /// How long a stop is answered before it is reset or the weld ends \[s\]. Chosen.
 const STOPPED_S: f64 = 0.5;
+/// A robot that knows no states stops after such a silence \[s\]: the default of EGM's `\\CommTimeout`.
+const SILENT_S: f64 = 1.0;
 /// Most places that are remembered with their time: all troubles are looked up in them.
 const PASSED: usize = 8;
 
@@ -51,23 +54,22 @@ impl Motion {
     }
 }
 
-/// An answer as the robot reads it.
-struct Read {
-    step_mm: f64,
-    state: u16,
-    why: u16,
-}
-
 /// The robot's end of the wire.
 pub struct Arm {
     socket: UdpSocket,
-    ordered: VecDeque<(f64, f64)>,
+    wire: Wire,
+    ordered: VecDeque<(f64, Move)>,
+    /// The offset that was ordered last \[mm\].
+    ordered_mm: f64,
+    /// When the last answer came.
+    heard_s: f64,
     report: CellReport,
     late_run: u64,
     judged_from_mm: Option<f64>,
     stopped_s: Option<f64>,
     resets: u32,
-    command: u8,
+    /// Whether the sensor is asked to begin anew.
+    begins: bool,
 }
 
 impl Arm {
@@ -77,13 +79,16 @@ impl Arm {
         socket.connect(settings.corrections)?;
         Ok(Self {
             socket,
+            wire: Wire::new(settings),
             ordered: VecDeque::new(),
+            ordered_mm: 0.0,
+            heard_s: 0.0,
             report: CellReport::default(),
             late_run: 0,
             judged_from_mm: None,
             stopped_s: None,
             resets: settings.resets,
-            command: 1,
+            begins: true,
         })
     }
 
@@ -92,15 +97,18 @@ impl Arm {
         let settings = cell.settings;
         let mut motion = Motion { at_s: cell.now_s(), ..Motion::default() };
         let mut next_s = motion.at_s;
-        let mut ipoc = 4_208_163_985_u64;
-        let mut message = String::new();
+        self.heard_s = motion.at_s;
         while motion.path_mm < settings.length_mm && !cell.ends.load(Ordering::Relaxed) {
             next_s = (next_s + settings.cycle_s).max(cell.now_s() - settings.cycle_s);
             cell.sleep_until(next_s);
             let now_s = cell.now_s();
             let since_s = now_s - motion.at_s;
             while self.ordered.front().is_some_and(|(at_s, _)| *at_s <= now_s) {
-                motion.lateral_mm += self.ordered.pop_front().map_or(0.0, |(_, step_mm)| step_mm);
+                match self.ordered.pop_front().map(|(_, what)| what) {
+                    Some(Move::Step(step_mm)) => motion.lateral_mm += step_mm,
+                    Some(Move::Offset(offset_mm)) => motion.lateral_mm = offset_mm,
+                    Some(Move::Hold) | None => {}
+                }
             }
             motion.path_mm += motion.speed_mm_s * since_s;
             motion.at_s = now_s;
@@ -108,33 +116,27 @@ impl Arm {
             motion.pass(settings);
             *cell.motion.lock().unwrap_or_else(std::sync::PoisonError::into_inner) = motion;
             self.judge(cell, &motion);
-            ipoc += (settings.cycle_s * 1e3).round() as u64;
             self.report.cycles += 1;
+            self.wire.tick(now_s);
             if cell.is_on(TroubleKind::Cut, now_s, &motion) {
                 continue;
             }
-            message.clear();
-            let (x, y, late) = (motion.path_mm, motion.lateral_mm, self.report.late);
-            let _ = write!(
-                message,
-                "<Rob Type=\"KUKA\"><RIst X=\"{x:.4}\" Y=\"{y:.4}\" Z=\"0.0000\" A=\"0.0\" B=\"0.0\" C=\"0.0\"/>\
-                 <Delay D=\"{late}\"/><Seam C=\"{}\"/><IPOC>{ipoc}</IPOC></Rob>",
-                self.command
-            );
+            let message = self.wire.message(&motion, self.report.late, self.begins);
             let asked = Instant::now();
-            let answer = self.ask(&message, ipoc, Duration::from_secs_f64(settings.cycle_s));
+            let answer = self.ask(&message, Duration::from_secs_f64(settings.cycle_s));
             match answer {
                 None => {
                     self.late_run += 1;
                     self.report.late += 1;
                     self.report.longest_late = self.report.longest_late.max(self.late_run);
+                    if self.wire.stops_by_silence() && now_s - self.heard_s > SILENT_S && self.stop(None, &motion) {
+                        break;
+                    }
                 }
                 Some(read) => {
-                    self.late_run = 0;
-                    self.command = 0;
+                    (self.late_run, self.begins, self.heard_s) = (0, false, now_s);
                     self.report.answer_ms.push(asked.elapsed().as_secs_f64() * 1e3);
-                    self.report.largest_step_mm = self.report.largest_step_mm.max(read.step_mm.abs());
-                    self.ordered.push_back((now_s + settings.delay_s, read.step_mm));
+                    self.take_move(read.moves, now_s + settings.delay_s);
                     if self.take_state(&read, &motion) {
                         break;
                     }
@@ -145,21 +147,40 @@ impl Arm {
         Ok(self.report)
     }
 
+    fn take_move(&mut self, moves: Move, at_s: f64) {
+        let step_mm = match moves {
+            Move::Step(step_mm) => step_mm,
+            Move::Offset(offset_mm) => offset_mm - std::mem::replace(&mut self.ordered_mm, offset_mm),
+            Move::Hold => {
+                self.report.holds += 1;
+                return;
+            }
+        };
+        self.report.corrections += 1;
+        self.report.largest_step_mm = self.report.largest_step_mm.max(step_mm.abs());
+        self.ordered.push_back((at_s, moves));
+    }
+
     /// Counts the state; whether the weld is over.
     fn take_state(&mut self, read: &Read, motion: &Motion) -> bool {
-        let state = State::ALL.into_iter().find(|state| state.code() == read.state);
+        let state = State::ALL.into_iter().find(|state| Some(state.code()) == read.state);
         if let Some(count) = state.and_then(|state| self.report.by_state.get_mut(usize::from(state.code()))) {
             *count += 1;
         }
-        if state == Some(State::Ok) {
+        // Without states a correction says that the seam is seen.
+        if state == Some(State::Ok) || (state.is_none() && read.moves != Move::Hold) {
             self.judged_from_mm.get_or_insert(motion.path_mm + SETTLED_MM);
         }
         if state != Some(State::Stop) {
             self.stopped_s = None;
             return false;
         }
+        self.stop(read.why.and_then(Why::of_code), motion)
+    }
+
+    /// The sensor gave up; whether the weld is over.
+    fn stop(&mut self, why: Option<Why>, motion: &Motion) -> bool {
         if self.stopped_s.is_none() {
-            let why = Why::of_code(read.why);
             self.report.stops.push(stop_in_words(why, motion.path_mm));
         }
         let since_s = *self.stopped_s.get_or_insert(motion.at_s);
@@ -170,9 +191,10 @@ impl Arm {
             return true;
         }
         self.resets -= 1;
-        self.command = 1;
-        self.stopped_s = None;
-        self.judged_from_mm = None;
+        // Offsets are counted from where the torch stands when the sensor begins anew.
+        self.wire.begin_at(motion.lateral_mm);
+        (self.ordered_mm, self.heard_s) = (motion.lateral_mm, motion.at_s);
+        (self.begins, self.stopped_s, self.judged_from_mm) = (true, None, None);
         false
     }
 
@@ -185,25 +207,18 @@ impl Arm {
     }
 
     /// Asks and waits for the answer of this cycle; those of earlier ones are thrown away.
-    fn ask(&self, message: &str, ipoc: u64, cycle: Duration) -> Option<Read> {
+    fn ask(&self, message: &[u8], cycle: Duration) -> Option<Read> {
         let began = Instant::now();
         // Nobody there yet: that is a late packet.
-        self.socket.send(message.as_bytes()).ok()?;
+        self.socket.send(message).ok()?;
         let mut buffer = [0; 2048];
         loop {
             let left = cycle.checked_sub(began.elapsed()).filter(|left| !left.is_zero())?;
             self.socket.set_read_timeout(Some(left)).ok()?;
             let length = self.socket.recv(&mut buffer).ok()?;
-            let answer = std::str::from_utf8(&buffer[..length]).ok()?;
-            if !answer.contains(&format!("<IPOC>{ipoc}</IPOC>")) {
-                continue;
+            if let Some(read) = self.wire.answer(&buffer[..length]) {
+                return Some(read);
             }
-            let after = |mark: &str| Some(answer.split_once(mark)?.1.split_once('"')?.0);
-            return Some(Read {
-                step_mm: after(" Y=\"")?.parse().ok()?,
-                state: after("<Seam S=\"")?.parse().ok()?,
-                why: after(" W=\"")?.parse().ok()?,
-            });
         }
     }
 }
