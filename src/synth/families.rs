@@ -16,7 +16,7 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 41] = families![
+const FAMILIES: [(&str, &str); 43] = families![
     "plain",
     "marks-dark",
     "marks-bright",
@@ -42,6 +42,8 @@ const FAMILIES: [(&str, &str); 41] = families![
     "change-bevel",
     "change-width",
     "reflection",
+    "mirror",
+    "mirror-parallel",
     "other-stripe",
     "two-seams",
     "vibration",

@@ -18,6 +18,8 @@ pub struct Links {
     /// What no filter knows of the position: what a clear sighting elsewhere leaves of it, and of the row \[px²\].
     pub doubt_px2: f64,
     pub row_bias_px2: f64,
+    /// What no smoother averages out of the position along the stripe \[px²\].
+    pub lasting_px2: f64,
 }
 
 impl Links {
@@ -75,7 +77,7 @@ impl Lag {
         let (along, (v_px, across_px2)) = (first_of(&alongs)?, height::reading(&first_of(&acrosses)?));
         let doubt_px2 = chain().last().map_or(0.0, |links| links.doubt_px2);
         let along = (along.x[0], along.P[(0, 0)].max(0.0) + VIBRATION_VARIANCE_PX2 + doubt_px2);
-        path::estimate(along, (v_px, across_px2 + first.row_bias_px2), &first.view)
+        path::estimate(along, first.lasting_px2, (v_px, across_px2 + first.row_bias_px2), &first.view)
     }
 }
 
@@ -103,6 +105,7 @@ mod tests {
             across: Link::first(state(90.0)),
             doubt_px2: 0.0,
             row_bias_px2: 0.0,
+            lasting_px2: 0.0,
         }
     }
 

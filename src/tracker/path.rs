@@ -50,8 +50,9 @@ pub enum Event {
     /// A joint was found, or the one that is followed has jumped; `before` is where it was in the frames before, the newest first, and `row_bias_px2` what no smoother
     /// averages out of its row \[px²\].
     Found { view: View, measured: Measured, before: [Option<Measured>; REMEMBERED], row_bias_px2: f64 },
-    /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`.
-    Followed { measured: Option<Measured>, noise: f64, shaking_px2: f64 },
+    /// It was followed, under the noise scale `noise` and a shaking of the plates of variance `shaking_px2`, and no smoother averages
+    /// `lasting_px2` out of its place along the stripe.
+    Followed { measured: Option<Measured>, noise: f64, shaking_px2: f64, lasting_px2: f64 },
     /// It was lost, and stays so until something is accepted again.
     Lost,
     /// It ended when it was last seen.
@@ -67,9 +68,10 @@ struct Joint {
     /// From where on there is nothing to smooth: it ended, or was lost for good.
     end: Option<usize>,
     last_seen: usize,
-    /// Sums of noise scale and shaking, and their number.
+    /// Sums of noise scale, shaking, and what no smoother averages away, and their number.
     noise: f64,
     shaking_px2: f64,
+    lasting_px2: f64,
     count: f64,
 }
 
@@ -133,13 +135,15 @@ impl SeamPath {
                     last_seen: frame,
                     noise: 0.0,
                     shaking_px2: 0.0,
+                    lasting_px2: 0.0,
                     count: 0.0,
                 });
             }
-            Event::Followed { noise, shaking_px2, measured } => {
+            Event::Followed { noise, shaking_px2, lasting_px2, measured } => {
                 if let Some(joint) = self.joints.last_mut() {
                     joint.noise += noise;
                     joint.shaking_px2 += shaking_px2;
+                    joint.lasting_px2 += lasting_px2;
                     joint.count += 1.0;
                     if measured.is_some() {
                         (joint.end, joint.last_seen) = (None, frame);
@@ -191,7 +195,9 @@ impl SeamPath {
             let along = self.smoothed_along(joint, &self.along[frames.clone()])?;
             let across = self.smoothed_across(joint, &self.across[frames.clone()])?;
             for ((state, along), across) in states[frames].iter_mut().zip(along).zip(across) {
-                *state = along.zip(across).and_then(|(along, across)| estimate(along, across, &joint.view));
+                *state = along.zip(across).and_then(|(along, across)| {
+                    estimate(along, joint.mean(joint.lasting_px2, 0.0), across, &joint.view)
+                });
             }
         }
         Ok(self.places.iter().map(|&place| states[place]).collect())
@@ -229,9 +235,10 @@ fn row(beats: f64, reading: Option<Reading>) -> Frame<1> {
     }
 }
 
-/// The seam from its coordinates in the view, if they are sure enough to be told.
-pub fn estimate(along: Reading, across: Reading, view: &View) -> Option<SeamEstimate> {
-    let (std_px, std_across_px) = (along.1.sqrt(), across.1.sqrt());
+/// The seam from its coordinates in the view, if they are sure enough to be told; what lasts of the first one's variance,
+/// `lasting_px2`, is no absence.
+pub fn estimate(along: Reading, lasting_px2: f64, across: Reading, view: &View) -> Option<SeamEstimate> {
+    let (std_px, std_across_px) = ((along.1 + lasting_px2).sqrt(), across.1.sqrt());
     let seam = SeamEstimate { centre: PixelPoint::new(along.0, across.0), std_px, std_across_px };
-    (std_px < LARGEST_STD_PX).then(|| seam.in_picture(view))
+    (along.1.sqrt() < LARGEST_STD_PX).then(|| seam.in_picture(view))
 }

@@ -2,6 +2,7 @@
 
 use super::line::{self, FrameLine, Knowledge, Line};
 use super::ridge::{CrossSection, Search, ridge};
+use super::second::{self, Beside};
 use super::{HALF_WINDOW_PX, JointFit, JointModel, LEAST_SUPPORT_CORNER, Refusal, columns};
 use crate::imgproc::Pixels;
 use crate::units::PixelPoint;
@@ -9,11 +10,15 @@ use crate::units::PixelPoint;
 /// Columns left out beside the V-groove's shoulder \[px\]; this and the next two in the smallest window.
 const SHOULDER_PX: f64 = 5.0;
 /// Variance of a corner along the stripe beside that of its lines \[px²\]: flanks are not quite straight. Chosen.
-const LEAST_VARIANCE_PX2: f64 = 0.06;
+pub const CORNER_VARIANCE_PX2: f64 = 0.06;
 /// Longest stretch of a plate that is looked at \[px\].
 const PLATE_PX: f64 = 60.0;
 /// How far a shoulder may move from where the model has it \[px\]: the flanks of ragged edges differ.
 const SHOULDER_SLACK_PX: f64 = 12.0;
+/// By how much a flank's end lies off its straight line \[px\], drawn on from there to the root by its distance from the middle of
+/// what is seen in halves of that; up to so many it is nearly whole. Chosen: worn shoulders, a bead's toe that runs out on it.
+const BOWED_PX: f64 = 0.5;
+const SEEN_WHOLE: f64 = 1.6;
 /// Fewest columns of a side: of a flank that a bead leaves in sight.
 const LEAST_COLUMNS: usize = 7;
 /// Least difference of the sides' slopes that makes a corner.
@@ -34,7 +39,7 @@ pub fn fit(
     let [on_left, on_right] = &model.flanks_px;
     let mut corner_u = u_px;
     let mut priors = [model.left, model.right].map(|line| Line { v_px: line.v_px + dv_px, ..line });
-    let mut result = Err(Refusal::NoLine);
+    let mut result: Result<JointFit, Refusal> = Err(Refusal::NoLine);
     for _ in 0..2 {
         let part = |from_px: f64, to_px: f64| {
             let first = (corner_u + from_px).ceil().max(window.start as f64) as usize;
@@ -42,14 +47,21 @@ pub fn fit(
             first..end.max(first)
         };
         let parts = [part(-on_left.end, -on_left.start), part(on_right.start, on_right.end)];
+        // The second time the first one's lines say along what a second line may run.
+        let seen = result.as_ref().ok().map(|fit| [fit.left, fit.right]);
+        let mut beside = [Beside::default(); 2];
         let mut fits = [None, None];
-        for (((columns, prior), known), fit) in parts.into_iter().zip(priors).zip(model.known).zip(&mut fits) {
+        for (i, ((columns, prior), known)) in parts.into_iter().zip(priors).zip(model.known).enumerate() {
             if columns.len() < LEAST_COLUMNS {
                 return Err(Refusal::Border);
             }
             let search = Search { half_band_px: 14, prior_sd_px: 8.0 };
-            let points = ridge(&mut *frame, columns, |u| prior.at(u - corner_u), &section, search);
-            *fit = line::fit(&points, corner_u, prior, known, model.half_window_px);
+            let mut points = ridge(&mut *frame, columns, |u| prior.at(u - corner_u), &section, search);
+            if let Some(seen) = seen {
+                beside[i] =
+                    second::leave_out(&mut *frame, &mut points, |u| seen[i].at(u - corner_u), model.stripe_sd_px);
+            }
+            fits[i] = line::fit(&points, corner_u, prior, known, model.half_window_px);
         }
         let [Some(left), Some(right)] = fits else { return Err(Refusal::NoLine) };
         let bend = left.line.slope - right.line.slope;
@@ -72,7 +84,9 @@ pub fn fit(
             shown: [left.shown, right.shown],
             support: left.support.min(right.support),
             residual_px: left.residual_px.max(right.residual_px),
-            along_variance_px2: LEAST_VARIANCE_PX2 + (variances_px2[0] + variances_px2[1]) / (bend * bend),
+            along_variance_px2: CORNER_VARIANCE_PX2 + (variances_px2[0] + variances_px2[1]) / (bend * bend),
+            lasting_px2: lasting_px2(model, sides, beside),
+            has_rival: beside.iter().any(|beside| beside.is_rival),
             across_variance_px2: row_variance_px2(sides, variances_px2),
             edges: None,
             plates: [None, None],
@@ -84,6 +98,17 @@ pub fn fit(
         let plates = seen.map(|plate| plate.map(|(line, _)| line));
         JointFit { plates, plates_in_frame: seen.map(|plate| plate.map(|(_, in_frame)| in_frame)), ..fit }
     })
+}
+
+/// What the legs leave open in every frame alike: second lines beside them, and a flank of which only its upper end is seen above
+/// a bead.
+fn lasting_px2(model: &JointModel, [left, right]: [Line; 2], beside: [Beside; 2]) -> f64 {
+    let hidden_px = model.flanks_px.each_ref().map(|seen| {
+        let (middle_px, half_px) = (0.5 * (seen.start + seen.end), 0.5 * (seen.end - seen.start));
+        BOWED_PX * (middle_px / half_px - SEEN_WHOLE).max(0.0)
+    });
+    let rows_px2 = beside.iter().zip(hidden_px).map(|(beside, hidden_px)| beside.row_sd_px.powi(2) + hidden_px.powi(2));
+    rows_px2.sum::<f64>() / (left.slope - right.slope).powi(2)
 }
 
 /// Variance of the row where two lines meet, those of their rows there being `variances_px2`: the row is their mean, each

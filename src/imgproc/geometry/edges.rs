@@ -109,6 +109,8 @@ pub fn fit(
         residual_px: left.residual_px.max(right.residual_px),
         across_variance_px2: 0.25 * (left.covariance[(0, 0)] + right.covariance[(0, 0)]) + droop_px2,
         along_variance_px2: EVEN_VARIANCE_PX2 + found.variance_px2,
+        lasting_px2: 0.0,
+        has_rival: false,
         edges: Some(EdgeQuality {
             gap_px: found.right_du - found.left_du,
             cost: found.cost,

@@ -271,6 +271,14 @@ fn flank_end(peaks: &[Peak], line: Line, sign: f64, first: &Range<f64>, inlier_p
     last_on(&outward, line, 2.0 * inlier_px).unwrap_or(middle_px)
 }
 
+/// How far from the seed a leg begins, going outwards to `sign` \[px\]: up to there, from outside, the columns stay on its line.
+pub fn leg_begins(peaks: &[Peak], leg: Line, sign: f64, tolerance_px: f64) -> Option<f64> {
+    let mut inwards: Vec<(f64, Peak)> =
+        peaks.iter().map(|p| (sign * p.du_px, *p)).filter(|(distance_px, _)| *distance_px > 0.0).collect();
+    inwards.sort_by(|a, b| b.0.total_cmp(&a.0));
+    last_on(&inwards, leg, tolerance_px)
+}
+
 /// How far columns, in the order in which they are passed, stay on a line.
 fn last_on(passed: &[(f64, Peak)], line: Line, tolerance_px: f64) -> Option<f64> {
     let (mut balance, mut best) = (0, (0, None));

@@ -13,6 +13,12 @@ use crate::units::PixelPoint;
 const INNER_EDGES_PX: f64 = 14.0;
 /// Columns left out next to a fillet's corner \[px\]: its rounded toe.
 const TOE_FILLET_PX: f64 = 6.0;
+/// A worn or welded toe is wider: then the legs are taken from so far outwards, and followed inwards to where the stripe leaves
+/// them; so far at most \[px\]. Chosen: a toe of 49 px, on legs of 80.
+const WORN_TOE_PX: f64 = 36.0;
+/// How far the middle of a rounded toe lies off the point where its legs meet, as a share of its half width and of the bend: a
+/// quarter on a circle; twice that much is believed.
+const ROUNDED_SHARE: f64 = 0.5;
 /// Larger windows for wider grooves \[px\], half their length.
 const WIDER_WINDOWS_PX: [f64; 2] = [160.0, 320.0];
 /// What counts as near a corner \[px\], and how far off it the stripe may lie there \[px\]: rounded toes are 2 px deep.
@@ -58,7 +64,7 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
     let groove = match kind {
         JointKind::VGroove => groove::from_plates(&peaks, half_window_px, inlier_px).or_else(|| {
             let groove = groove::from_root(&peaks, half_window_px, inlier_px)?;
-            reaches_root(&peaks, groove.flanks).then_some(groove)
+            reaches_root(&peaks, groove.flanks, ROOT_DEPTH_PX).then_some(groove)
         })?,
         JointKind::Fillet => corner(&peaks, half_window_px, inlier_px)?,
         JointKind::Butt | JointKind::Lap => beside(&peaks, INNER_EDGES_PX, half_window_px, inlier_px)?,
@@ -90,8 +96,17 @@ fn learn_within(frame: &GrayFrame, seed: PixelPoint, kind: JointKind, half_windo
 fn corner(peaks: &[Peak], half_window_px: f64, inlier_px: f64) -> Option<Groove> {
     let legs = beside(peaks, TOE_FILLET_PX, half_window_px, inlier_px)?;
     let first_px = groove::open_root(peaks) + TOE_FILLET_PX;
-    let flanks_px = [0, 1].map(|_| first_px..half_window_px);
-    reaches_root(peaks, legs.flanks).then_some(Groove { flanks_px, ..legs })
+    if reaches_root(peaks, legs.flanks, ROOT_DEPTH_PX) {
+        return Some(Groove { flanks_px: [0, 1].map(|_| first_px..half_window_px), ..legs });
+    }
+    let legs = beside(peaks, WORN_TOE_PX, half_window_px, inlier_px)?;
+    let toes_px =
+        [-1.0, 1.0].map(|sign| groove::leg_begins(peaks, legs.flanks[usize::from(sign > 0.0)], sign, inlier_px));
+    let [Some(left_px), Some(right_px)] = toes_px else { return None };
+    let toe_px = left_px.max(right_px).max(TOE_FILLET_PX);
+    let depth_px = ROUNDED_SHARE * toe_px * (legs.flanks[0].slope - legs.flanks[1].slope).abs();
+    let is_worn = toe_px <= WORN_TOE_PX && reaches_root(peaks, legs.flanks, depth_px);
+    is_worn.then_some(Groove { flanks_px: [0, 1].map(|_| toe_px..half_window_px), ..legs })
 }
 
 /// The stripe on both sides of the seed, without `inner_px` next to it.
@@ -105,11 +120,11 @@ fn beside(peaks: &[Peak], inner_px: f64, half_window_px: f64, inlier_px: f64) ->
     Some(Groove { root_du: 0.0, flanks, flanks_px, half_width_px: None, plates: None })
 }
 
-/// Whether the stripe near the root goes through it: a gap's bottom lies off the point where its edges' lines meet.
-fn reaches_root(peaks: &[Peak], [left, right]: [Line; 2]) -> bool {
+/// Whether the stripe near the root goes through it, within `depth_px`: a gap's bottom lies off the point where its edges' lines meet.
+fn reaches_root(peaks: &[Peak], [left, right]: [Line; 2], depth_px: f64) -> bool {
     let Some((du, v_px)) = left.meets(right) else { return false };
     let mut near: Vec<f64> = peaks.iter().filter(|p| (p.du_px - du).abs() < ROOT_PX).map(|p| p.v_px).collect();
-    median(&mut near).is_none_or(|middle| (middle - v_px).abs() < ROOT_DEPTH_PX)
+    median(&mut near).is_none_or(|middle| (middle - v_px).abs() < depth_px)
 }
 
 /// Whether a stripe of `stripe_sd_px` goes straight through at `place`, seen in nearly every column: there is no joint.

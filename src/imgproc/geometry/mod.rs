@@ -15,7 +15,9 @@ mod line;
 mod peaks;
 mod relief;
 mod ridge;
+mod second;
 
+pub use corner::CORNER_VARIANCE_PX2;
 pub use learn::{Learned, PLAIN_REACH_PX, is_plain, learn};
 pub use line::{FrameLine, Knowledge, Line};
 pub use relief::{GapShows, gap_shows, step_shows};
@@ -112,6 +114,11 @@ pub struct JointFit {
     pub residual_px: f64,
     /// Variance of the centre's place along the stripe \[px²\]: what the stripe leaves open, not how ragged edges are.
     pub along_variance_px2: f64,
+    /// Variance of the centre's place along the stripe that is the same from frame to frame, so that no filter averages it
+    /// away \[px²\]: of a corner beside whose legs a second line runs.
+    pub lasting_px2: f64,
+    /// Over most of a leg a second line runs that may be the leg itself (V-groove, fillet).
+    pub has_rival: bool,
     /// Variance of the centre's row, as far as the ridge's scatter makes it \[px²\].
     pub across_variance_px2: f64,
     /// How well the two edges explain the stripe's presence (butt, lap).
@@ -272,8 +279,8 @@ impl JointModel {
         let seam_v_px = self.seam_v_px();
         let early = 1.0 / f64::from(self.fits + 1);
         (self.left, self.right) = (fit.left, fit.right);
-        for (known, shown) in self.known.iter_mut().zip(fit.shown) {
-            *known = known.with(shown);
+        for ((known, shown), line) in self.known.iter_mut().zip(fit.shown).zip([fit.left, fit.right]) {
+            *known = known.with(shown, line.curvature_per_px);
         }
         for (plate, seen) in self.plates.iter_mut().flatten().zip(fit.plates) {
             let drop_px = 0.5 * (fit.left.v_px + fit.right.v_px) - seam_v_px;

@@ -21,6 +21,10 @@ pub const STEP_DOUBT: &str = "one of the two stripes goes on past the step: it m
 pub const TWIN_DOUBT: &str =
     "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
 
+/// What a leg beside a second line may be.
+pub const SECOND_LINE_DOUBT: &str =
+    "a second line, about as bright, runs beside one of its legs: one of the two may be a reflection";
+
 /// What a dip may be.
 pub const DIP_DOUBT: &str =
     "the stripe goes through it unbroken: it may be a scratch, the toe of a weld, or what lies on the plate";
@@ -65,6 +69,8 @@ impl Candidate {
             GapShows::Plate | GapShows::Bump | GapShows::Groove | GapShows::Flank => return None,
             GapShows::Relief => Shows::Relief,
             GapShows::Dip => Shows::Dip,
+            // Of a low step all must speak for one: where a stripe and a reflection part there are many.
+            GapShows::Nothing if seed.model.kind == JointKind::Lap && !classify::is_high(&seed) => return None,
             GapShows::Nothing => Shows::Dark,
         };
         Some(Self { seed, shows })

@@ -6,6 +6,10 @@ use crate::imgproc::geometry::{JointKind, Line};
 /// A step this high between the plates makes a lap joint \[px\]. Chosen: plates of a butt joint are set level to within
 /// a fraction of their thickness; a lap joint's step is the thickness.
 pub const LAP_STEP_PX: f64 = 10.0;
+/// A lower step, of at least so many SDs of the stripe, makes one too where the plates' ends are no farther apart than this share of
+/// it: level plates that are set so close do not differ in height by twice their gap. Chosen.
+const LEAST_STEP_SDS: f64 = 1.5;
+const LARGEST_OPENING: f64 = 0.5;
 /// Least bend of a corner that passes for one without being asked for. Chosen: plates tilted against each other by a
 /// bad fit-up stay below it.
 const LEAST_BEND: f64 = 0.3;
@@ -33,9 +37,17 @@ pub fn is_open_lap(seed: &Seed) -> bool {
     seed.model.kind == JointKind::Lap && seed.gap_px() > step_px(seed).abs()
 }
 
+/// Whether the step alone makes a lap joint.
+pub fn is_high(seed: &Seed) -> bool {
+    step_px(seed).abs() >= LAP_STEP_PX
+}
+
 /// The kind that a fit with edges stands for.
 pub fn kind_with_edges(seed: &Seed) -> JointKind {
-    if step_px(seed).abs() >= LAP_STEP_PX { JointKind::Lap } else { JointKind::Butt }
+    let height_px = step_px(seed).abs();
+    let is_low_lap =
+        height_px >= LEAST_STEP_SDS * seed.model.stripe_sd_px && seed.gap_px() <= LARGEST_OPENING * height_px;
+    if is_high(seed) || is_low_lap { JointKind::Lap } else { JointKind::Butt }
 }
 
 /// Whether a fit with a corner is one beyond doubt.

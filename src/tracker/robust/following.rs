@@ -7,6 +7,7 @@ use super::geometry::GeometryEye;
 use super::hairline::HairlineEye;
 use super::height::Height;
 use super::judge::{Judge, Restart, Verdict};
+use super::lasting::Lasting;
 use super::noise::{NoiseScale, expected_scale};
 use super::part::{Part, Parts};
 use super::seed::Seed;
@@ -85,6 +86,7 @@ pub struct Following {
     judge: Judge,
     height: Height,
     noise: NoiseScale,
+    lasting: Lasting,
     parts: Parts,
     /// What no filter can average out of the row \[px²\].
     row_bias_px2: f64,
@@ -108,12 +110,14 @@ impl Following {
         parts: Parts,
     ) -> Result<(Self, Sighting), TrackerError> {
         let row_bias_px2 = if seed.model.kind == JointKind::Butt { BUTT_ROW_BIAS_PX2 } else { 0.0 };
+        let kind = seed.model.kind;
         let eye = GeometryEye::new(seed.model, parts);
         let sighting = eye.sighting(seed.fit);
         let scale = mm_per_px(sensor, &view, sighting.centre);
+        let lasting = Lasting::new(Some(kind), expected_scale(scale), Some(&seed.fit));
         let eye = Eye::Geometry(Box::new(eye));
         let following = Self::start(eye, &sighting, (scale, *LOST_STD_PX.end()), view, parts)?;
-        Ok((Self { row_bias_px2, ..following }, sighting))
+        Ok((Self { row_bias_px2, lasting, ..following }, sighting))
     }
 
     /// Follows a hairline.
@@ -149,6 +153,7 @@ impl Following {
             judge: Judge::start(sighting.centre.u_px, sighting.variance_px2, lost_std_px, parts)?,
             height: Height::start((sighting.centre.v_px, sighting.across_variance_px2))?,
             noise: NoiseScale::new(expected_scale(mm_per_px)),
+            lasting: Lasting::new(None, 1.0, None),
             parts,
             row_bias_px2: 0.0,
             kcf_bias_px: 0.0,
@@ -159,6 +164,7 @@ impl Following {
 
     /// Goes on with another cross-section: the preparation has changed, the seam has not.
     pub fn change_joint(&mut self, seed: Seed) {
+        self.lasting.becomes(seed.model.kind);
         self.eye = Eye::Geometry(Box::new(GeometryEye::new(seed.model, self.parts)));
     }
 
@@ -203,7 +209,7 @@ impl Following {
         let ((u_px, _), (v_px, across_px2)) = (self.judge.position(), self.height.reading());
         SeamEstimate {
             centre: PixelPoint::new(u_px, v_px),
-            std_px: self.judge.std_px(),
+            std_px: (self.judge.std_px().powi(2) + self.lasting_px2()).sqrt(),
             std_across_px: (across_px2 + self.row_bias_px2).sqrt(),
         }
     }
@@ -216,7 +222,18 @@ impl Following {
             across: self.height.link(),
             doubt_px2: self.judge.doubt_px2(),
             row_bias_px2: self.row_bias_px2,
+            lasting_px2: self.lasting_px2(),
         }
+    }
+
+    /// What no filter averages out of the place along the stripe \[px²\].
+    fn lasting_px2(&self) -> f64 {
+        self.lasting.variance_px2(self.height.shaking_px2())
+    }
+
+    /// Whether beside a leg a second line runs that may be the leg itself.
+    pub fn has_rival_line(&self) -> bool {
+        self.lasting.has_rival()
     }
 
     /// One frame further by `beats`; `is_lost` when the seam is to be searched in the whole frame.
@@ -344,13 +361,12 @@ impl Following {
 
     /// What the outcome teaches height, noise and eye.
     fn take_over(&mut self, outcome: &Outcome) -> Result<(), TrackerError> {
-        let sighted_px = match outcome {
-            Outcome::Sighted { sighting, .. } | Outcome::Refused { sighting, .. } => {
-                sighting.fit.map(|_| sighting.centre.u_px)
-            }
+        let fit = match outcome {
+            Outcome::Sighted { sighting, .. } | Outcome::Refused { sighting, .. } => sighting.fit.as_ref(),
             Outcome::StoodIn { .. } | Outcome::Unsighted { .. } => None,
         };
-        self.noise.push(sighted_px);
+        self.noise.push(fit.map(|fit| fit.centre.u_px));
+        self.lasting.push(fit);
         let Outcome::Sighted { sighting, measured, .. } = outcome else { return self.height.update(None) };
         self.plain_beats = 0.0;
         if let (Eye::Geometry(eye), Some(fit)) = (&mut self.eye, &sighting.fit) {
@@ -420,7 +436,10 @@ impl Following {
                 Some((before, measured)) => {
                     Event::Found { view: self.view, measured, before, row_bias_px2: self.row_bias_px2 }
                 }
-                None => Event::Followed { measured, noise, shaking_px2: self.height.shaking_px2() },
+                None => {
+                    let (shaking_px2, lasting_px2) = (self.height.shaking_px2(), self.lasting_px2());
+                    Event::Followed { measured, noise, shaking_px2, lasting_px2 }
+                }
             },
         };
         let has_value = next == Next::Follow && !self.judge.is_doubtful();

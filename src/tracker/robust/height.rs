@@ -14,7 +14,7 @@ use crate::tracker::TrackerError;
 /// White acceleration of the plates' own path \[px²/beat⁴\]. Chosen: a dent of some px in some ten beats.
 const PROCESS_NOISE: f64 = 1e-3;
 /// ψ of the shaking, a beat. Chosen: arms swing within a few frames.
-const SHAKING_COEFFICIENT: f64 = 0.3;
+pub const SHAKING_COEFFICIENT: f64 = 0.3;
 /// Variance of the shaking before it is measured \[px²\], and the number of third differences that this counts as.
 /// Chosen: 0.65 px, as on recordings of robots.
 pub const FIRST_SHAKING_PX2: f64 = 0.42;

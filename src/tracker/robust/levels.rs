@@ -8,6 +8,7 @@ use rayon::prelude::*;
 
 use super::RobustSettings;
 use super::classify;
+use super::finer::is_no_gap;
 use super::seed::Seed;
 use super::seek::{Found, Seeker};
 use crate::frame::GrayFrame;
@@ -90,6 +91,8 @@ impl Levels {
             let is_finest = *raster == Raster::PICTURE;
             match found {
                 Found::Joint { seed, .. } if !is_finest && !is_large(&seed) => {}
+                Found::Joint { seed, .. }
+                    if !is_finest && is_no_gap(frame, *raster, COARSENESS.into_iter().map(Raster::coarser), &seed) => {}
                 // The edge of a wide gap looks like a lap joint to a narrow window.
                 Found::Joint { seed, .. } if larger.iter().any(|span| span.holds(&Span::of(&seed, *raster))) => {}
                 found @ Found::Nothing { .. } => nothing = Some((*raster, found)),

@@ -4,12 +4,13 @@
 //!
 //! | file | what it does |
 //! |---|---|
-//! | `places`, `levels`, `seek`, `asked`, `candidate`, `seed`, `outline`, `classify`, `stripe` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
+//! | `places`, `levels`, `finer`, `seek`, `asked`, `candidate`, `seed`, `outline`, `classify`, `stripe` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
 //! | `doubt` | whether the joint asked for is the joint seen |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
 //! | `filter`, `height` | the estimate along the stripe and across it |
 //! | `noise`, `roughness` | R, all of it |
+//! | `lasting` | what belongs to σ and to no R |
 //! | `part` | what an ablation takes away |
 
 mod asked;
@@ -17,11 +18,13 @@ mod candidate;
 mod classify;
 mod doubt;
 pub(super) mod filter;
+mod finer;
 mod following;
 mod geometry;
 mod hairline;
 pub(super) mod height;
 mod judge;
+mod lasting;
 mod levels;
 pub(super) mod noise;
 mod outline;
@@ -34,6 +37,7 @@ mod sighting;
 mod stripe;
 
 use self::asked::ASKED_FRAMES;
+use self::candidate::SECOND_LINE_DOUBT;
 use self::doubt::Doubter;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
@@ -254,6 +258,15 @@ impl RobustTracker {
         }
     }
 
+    /// Says once that a leg has a rival.
+    fn doubt_lines(&mut self) {
+        if let (Phase::Following(following), Some(joint)) = (&self.phase, &mut self.joint)
+            && following.has_rival_line()
+        {
+            joint.doubt.get_or_insert(SECOND_LINE_DOUBT);
+        }
+    }
+
     /// The kind that the frames show, if it is not `kind`.
     fn contradiction(&self, kind: &str) -> Option<&'static str> {
         self.seen.map(JointKind::name).filter(|seen| *seen != kind)
@@ -289,6 +302,7 @@ impl RobustTracker {
             Phase::Seeking(_) => self.seek(field, tick.beats),
             Phase::Following(_) | Phase::Searching(_) => {
                 let estimate = self.follow(Ok(field), tick)?;
+                self.doubt_lines();
                 match (self.rival(field), &mut self.phase) {
                     (None, _) => Ok(estimate),
                     (Some((view, Found::Joint { seed, reason, doubt, .. })), Phase::Following(following))

@@ -1,7 +1,7 @@
 //! The joint in one whole frame, without a prediction.
 
 use super::classify;
-use super::outline::{is_shoulder, is_two_grooves};
+use super::outline::{is_shoulder, is_toe, is_two_grooves};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
@@ -107,13 +107,14 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let places = strong.chain(notches(line).into_iter().map(|place| (place, None)));
     let learned: Vec<(Learned, Option<f64>)> =
         places.filter_map(|(place, wide_px)| Some((beside(frame, place)?, wide_px))).collect();
+    let is_one_toe = |seed: &Seed| kind.is_none() && seed.model.kind == JointKind::Butt && is_toe(line, seed);
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
         let unknown = learned.iter().map(|(learned, _)| (learned, None));
         let wide = learned.iter().filter(|(_, wide_px)| tried == JointKind::Butt && wide_px.is_some());
         let open = kind.is_none();
         let all = unknown.chain(wide.map(|(learned, wide_px)| (learned, *wide_px)));
         let found = all.filter_map(|(learned, gap_px)| edges(frame, learned, gap_px, tried, open));
-        seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed)).collect(), score));
+        seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed) && !is_one_toe(seed)).collect(), score));
     }
     seeds
 }
@@ -242,7 +243,9 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
         for _ in 0..CURVING_FITS {
             fit = fit_again(&mut model, fit.centre)?;
         }
-        model = JointModel { known: [known[0].with(fit.shown[0]), known[1].with(fit.shown[1])], fits: 1, ..model };
+        let known = [(known[0], fit.left), (known[1], fit.right)];
+        let shown = |i: usize| known[i].0.with(fit.shown[i], known[i].1.curvature_per_px);
+        model = JointModel { known: [shown(0), shown(1)], fits: 1, ..model };
     }
     let clear = fit.is_clear() && fit.support > CLEAR_SUPPORT;
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
@@ -326,99 +329,4 @@ fn open_roots(line: &Centreline) -> Vec<PixelPoint> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::imgproc::{CentrelineSettings, extract_centreline};
-
-    /// A frame of 320 x 240 px with a stripe of SD 2 px in row `row(u)`; none where it has no value.
-    fn drawn(row: impl Fn(f64) -> Option<f64>) -> GrayFrame {
-        let mut frame = GrayFrame::filled(320, 240, 12).unwrap();
-        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
-            let (u, v) = ((i % 320) as f64, (i / 320) as f64);
-            let light = row(u).map_or(0.0, |row| 180.0 * (-0.5 * ((v - row) / 2.0).powi(2)).exp());
-            *pixel += light.round() as u8;
-        }
-        frame
-    }
-
-    fn found(frame: &GrayFrame, kind: Option<JointKind>) -> Vec<Seed> {
-        find(frame, &extract_centreline(frame, &CentrelineSettings::default()), kind)
-    }
-
-    fn gap(u: f64) -> Option<f64> {
-        ((u - 150.0).abs() > 6.0).then_some(100.0)
-    }
-
-    fn step(u: f64) -> Option<f64> {
-        ((u - 150.0).abs() > 3.0).then_some(if u < 150.0 { 100.0 } else { 118.0 })
-    }
-
-    fn groove(u: f64) -> Option<f64> {
-        Some(100.0 + (35.0 - 0.8 * (u - 150.0).abs()).max(0.0))
-    }
-
-    fn corner(u: f64) -> Option<f64> {
-        Some(100.0 + 0.4 * (u - 150.0).abs())
-    }
-
-    #[test]
-    fn each_joint_is_found_as_what_it_is_where_it_is() {
-        type Row = fn(f64) -> Option<f64>;
-        let joints: [(JointKind, Row); 4] =
-            [(JointKind::Butt, gap), (JointKind::Lap, step), (JointKind::VGroove, groove), (JointKind::Fillet, corner)];
-        for (kind, row) in joints {
-            let seeds = found(&drawn(row), None);
-            let seed = seeds.first().unwrap_or_else(|| panic!("no {kind:?}"));
-            assert_eq!(seed.model.kind, kind);
-            assert!((seed.fit.centre.u_px - 150.0).abs() < 1.5, "{kind:?}: {:?}", seed.fit.centre);
-        }
-    }
-
-    #[test]
-    fn a_plain_stripe_and_an_empty_frame_hold_none() {
-        assert!(found(&drawn(|u| Some(100.0 + 0.05 * u)), None).is_empty());
-        assert!(found(&drawn(|_| None), None).is_empty());
-    }
-
-    #[test]
-    fn the_shoulder_of_a_groove_with_a_steep_wall_is_no_fillet() {
-        let bevel = |u: f64| Some(100.0 + (u - 110.0).clamp(0.0, 40.0) - 4.0 * (u - 150.0).clamp(0.0, 10.0));
-        assert!(found(&drawn(bevel), None).iter().all(|seed| seed.model.kind != JointKind::Fillet));
-        assert!(found(&drawn(corner), None).iter().any(|seed| seed.model.kind == JointKind::Fillet));
-    }
-
-    #[test]
-    fn between_two_grooves_and_on_an_arc_there_is_no_groove() {
-        let two = |u: f64| {
-            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
-            Some(100.0 + depth_px(100.0) + depth_px(220.0))
-        };
-        let grooves = |row: &dyn Fn(f64) -> Option<f64>| -> Vec<f64> {
-            let seeds = found(&drawn(row), None).into_iter();
-            seeds.filter(|seed| seed.model.kind == JointKind::VGroove).map(|seed| seed.fit.centre.u_px).collect()
-        };
-        let roots = grooves(&two);
-        assert!(roots.iter().all(|u| (u - 160.0).abs() > 30.0) && !roots.is_empty(), "{roots:?}");
-        let close = |u: f64| {
-            let depth_px = |root_px: f64| (35.0 - 0.8 * (u - root_px).abs()).max(0.0);
-            Some(100.0 + depth_px(112.0) + depth_px(208.0))
-        };
-        assert!(grooves(&close).iter().all(|u| (u - 160.0).abs() > 30.0), "{:?}", grooves(&close));
-        let arc = |u: f64| Some(60.0 + (u - 160.0).powi(2) / 500.0);
-        assert!(grooves(&arc).is_empty());
-    }
-
-    #[test]
-    fn a_joint_of_another_kind_than_asked_for_is_not_offered() {
-        assert!(found(&drawn(groove), Some(JointKind::Lap)).iter().all(|seed| seed.model.kind == JointKind::Lap));
-        assert!(found(&drawn(gap), Some(JointKind::Fillet)).is_empty());
-    }
-
-    #[test]
-    fn a_place_is_believed_where_there_is_a_joint_and_only_there() {
-        let frame = drawn(gap);
-        let seed = at(&frame, None, PixelPoint::new(154.0, 100.0)).unwrap();
-        assert!(seed.certain && (seed.fit.centre.u_px - 150.0).abs() < 1.0, "{:?}", seed.fit.centre);
-        assert!(at(&frame, None, PixelPoint::new(250.0, 100.0)).is_none());
-    }
-}
+mod tests;

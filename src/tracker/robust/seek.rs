@@ -6,6 +6,7 @@ use super::asked::{ASKED_FRAMES, Asked, MOTION_PX};
 use super::candidate::{Candidate, DIP_DOUBT, FLAT_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between};
 use super::classify;
 use super::hairline::ROW_VARIANCE_PX2;
+use super::outline::is_toe_of_hairline;
 use super::part::{Part, Parts};
 use super::seed::{self, Seed};
 use super::sighting::Sighting;
@@ -342,6 +343,7 @@ impl Seeker {
         estimate.presence == SeamPresence::Present
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
+            && !is_toe_of_hairline(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u))
             && range(means(&places)) > FIXED_HAIRLINE_PX
     }
 }
@@ -358,72 +360,4 @@ fn range(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::synth::{Scene, builtin};
-
-    /// The frames of a scene, small enough to be quick, and where its seam is in the first.
-    fn scene(name: &str, frames: usize) -> Scene {
-        let mut scenario = builtin::scenario(name).unwrap();
-        scenario.frames = frames;
-        Scene::new(&scenario, 1).unwrap()
-    }
-
-    /// What a seeker finds first, and in which frame.
-    fn first_found(seeker: &mut Seeker, scene: &Scene) -> Option<(usize, Found)> {
-        (0..scene.frame_count()).find_map(|i| match seeker.look(&scene.render(i)) {
-            Found::Nothing { .. } => None,
-            found => Some((i, found)),
-        })
-    }
-
-    fn seeker() -> Seeker {
-        Seeker::new(None, Parts::default(), true, true)
-    }
-
-    fn place_of(found: &Found) -> PixelPoint {
-        match found {
-            Found::Joint { seed, .. } => seed.fit.centre,
-            Found::Hairline { sighting, .. } => sighting.centre,
-            Found::Nothing { .. } => panic!("nothing was found"),
-        }
-    }
-
-    #[test]
-    fn a_gap_is_found_within_ten_frames_and_a_dark_frame_shows_not_even_a_stripe() {
-        let mut seeker = seeker();
-        let dark = GrayFrame::filled(320, 240, 10).unwrap();
-        assert!(matches!(seeker.look(&dark), Found::Nothing { stripe_seen: false, .. }));
-        let (frame, found) = first_found(&mut seeker, &scene("A-butt", 10)).unwrap();
-        assert!(matches!(&found, Found::Joint { seed, .. } if seed.model.kind == JointKind::Butt), "in frame {frame}");
-    }
-
-    #[test]
-    fn a_place_that_was_given_is_where_the_joint_is_found_and_at_no_other() {
-        let scene = scene("A-butt", ASKED_FRAMES + 1);
-        let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
-        let mut told = seeker();
-        told.seed_at(there, 1.0);
-        let (frame, found) = first_found(&mut told, &scene).unwrap();
-        assert!(frame == 0 && (place_of(&found).u_px - there.u_px).abs() < 12.0);
-
-        let mut misled = seeker();
-        misled.seed_at(PixelPoint::new(there.u_px - 170.0, there.v_px), 1.0);
-        assert!(first_found(&mut misled, &scene).is_none());
-        let (kind, seen) = misled.asked_in_vain().unwrap().unwrap();
-        assert!(kind == JointKind::Butt && (seen.u_px - there.u_px).abs() < 30.0, "{seen:?}");
-    }
-
-    #[test]
-    fn a_place_is_remembered_while_there_is_no_stripe() {
-        let scene = scene("A-butt", 12);
-        let there = place_of(&first_found(&mut seeker(), &scene).unwrap().1);
-        let mut told = seeker();
-        told.seed_at(there, 1.0);
-        for _ in 0..=ASKED_FRAMES {
-            told.look(&GrayFrame::filled(320, 240, 10).unwrap());
-        }
-        assert!(told.asked_in_vain().is_none());
-        assert_eq!(first_found(&mut told, &scene).unwrap().0, 0);
-    }
-}
+mod tests;
