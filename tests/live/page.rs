@@ -211,6 +211,7 @@ fn the_page_lives_in_a_browser() {
         page.evaluate(
             "document.getElementById('token').value = 'twelve letters'; document.getElementById('stop').click()",
         );
+        page.wait_for("document.getElementById('said').textContent === 'done'");
         page.wait_for("document.getElementById('state').textContent === 'STOP'");
         let report = run.end();
         println!("{report}");
