@@ -98,6 +98,8 @@ fn states_arrive_pictures_are_jpeg_and_what_is_not_there_is_refused() {
     assert!(cycles.windows(2).all(|pair| pair[0] <= pair[1]) && cycles[0] < cycles[13], "{cycles:?}");
     let last = &events[14];
     assert!(last["state"].is_string() && last["frames"].as_array().unwrap().len() == 4, "{last}");
+    // A starved tracker has none for a while.
+    wait_until("a picture", || run.request("GET", "/picture.jpg", "").0 == 200);
     let (status, jpeg) = run.request("GET", "/picture.jpg", "");
     assert!(status == 200 && jpeg.starts_with(&[0xff, 0xd8]) && jpeg.ends_with(&[0xff, 0xd9]));
     for (method, path, expected) in [
@@ -211,6 +213,7 @@ fn the_page_lives_in_a_browser() {
         page.evaluate(
             "document.getElementById('token').value = 'twelve letters'; document.getElementById('stop').click()",
         );
+        page.wait_for("document.getElementById('said').textContent === 'done'");
         page.wait_for("document.getElementById('state').textContent === 'STOP'");
         let report = run.end();
         println!("{report}");
