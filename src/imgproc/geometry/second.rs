@@ -157,6 +157,7 @@ mod tests {
     use super::super::drawn::STRIPE_SD_PX;
     use super::super::ridge::{CrossSection, Search, ridge};
     use super::*;
+    use crate::frame::GrayFrame;
 
     /// A level stripe in row 60.3, and beside it what `second(u)` says: how far below, and how bright.
     fn looked_at(second: impl Fn(f64) -> Option<(f64, f64)>) -> (usize, Beside) {
