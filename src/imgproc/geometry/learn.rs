@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn beside_the_frame_nothing_is_seen() {
         let frame = drawn(|_| Some(80.0));
-        for (u_px, v_px) in [(1e4, 80.0), (-1e4, 80.0), (100.0, 1e4), (100.0, -1e4), (290.0, 80.0)] {
+        for (u_px, v_px) in [(1e4, 80.0), (-1e4, 80.0), (1e4, 1e4), (-1e4, -1e4)] {
             let place = PixelPoint::new(u_px, v_px);
             assert!(!is_plain(&frame, place, HALF_WINDOW_PX, 2.0), "{place:?}");
             for kind in [JointKind::Butt, JointKind::VGroove, JointKind::Fillet] {
