@@ -3,6 +3,7 @@
 use std::collections::VecDeque;
 
 use super::RobustSettings;
+use super::correlation::Correlation;
 use super::geometry::GeometryEye;
 use super::hairline::HairlineEye;
 use super::height::Height;
@@ -15,7 +16,6 @@ use super::sighting::{Sighting, Unsighted};
 use crate::calib::Sensor;
 use crate::imgproc::Pixels;
 use crate::imgproc::geometry::{JointFit, JointKind, PLAIN_REACH_PX, Refusal};
-use crate::kcf::Kcf;
 use crate::tracker::TrackerError;
 use crate::tracker::estimate::{Estimate, Evidence, KcfReading, Observation, SeamEstimate, Status};
 use crate::tracker::hairline::HairlineTracker;
@@ -245,14 +245,21 @@ impl Following {
         frame: &mut impl Pixels,
         beats: f64,
         is_lost: bool,
-        kcf: &mut Kcf,
+        kcf: &mut Correlation,
         settings: &RobustSettings,
     ) -> Result<(Estimate, Next), TrackerError> {
         let noise = self.predict(beats)?;
-        let mut reading = ask(kcf, frame, self.seam().centre);
+        let around = self.seam().centre;
+        let mut reading = kcf.near(frame, around);
         let seen = match &mut self.eye {
             Eye::Geometry(eye) if is_lost => eye.search(frame, &self.judge),
-            Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading),
+            Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading).or_else(|unsighted| {
+                // It may have gone out of the small window.
+                let wide = kcf.wide(frame, around);
+                let sighting = eye.look(frame, &self.judge, &wide).map_err(|_| unsighted)?;
+                reading = wide;
+                Ok(sighting)
+            }),
             Eye::Hairline(eye) if is_lost => eye.search(frame.whole()),
             Eye::Hairline(eye) => eye.look(frame.whole()),
         };
@@ -461,14 +468,4 @@ impl Following {
 fn mm_per_px(sensor: &Sensor, view: &View, place: PixelPoint) -> Option<f64> {
     let mm_per_px = sensor.scale_along(view.picture_from_view(place), view.axis())?.abs() * view.picture_px();
     sensor.has_millimetres().then_some(mm_per_px)
-}
-
-fn ask(kcf: &mut Kcf, frame: &mut impl Pixels, around: PixelPoint) -> KcfReading {
-    let response = kcf.detect(frame, around);
-    KcfReading {
-        peak: response.peak,
-        psr: response.psr.into(),
-        psr_ratio: response.psr_ratio().into(),
-        template_updated: false,
-    }
 }

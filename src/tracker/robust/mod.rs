@@ -6,6 +6,7 @@
 //! |---|---|
 //! | `places`, `levels`, `finer`, `seek`, `asked`, `candidate`, `seed`, `outline`, `classify`, `stripe` | finds the joint and its kind in whole frames, on the stripe that carries it, in the raster that fits it |
 //! | `doubt` | whether the joint asked for is the joint seen |
+//! | `correlation` | the correlation filters, in a small window and in a wide one |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
 //! | `filter`, `height` | the estimate along the stripe and across it |
@@ -16,6 +17,7 @@
 mod asked;
 mod candidate;
 mod classify;
+mod correlation;
 mod doubt;
 pub(super) mod filter;
 mod finer;
@@ -38,6 +40,7 @@ mod stripe;
 
 use self::asked::ASKED_FRAMES;
 use self::candidate::SECOND_LINE_DOUBT;
+use self::correlation::Correlation;
 use self::doubt::Doubter;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
@@ -56,7 +59,7 @@ use super::view::View;
 use crate::calib::Sensor;
 use crate::imgproc::geometry::JointKind;
 use crate::imgproc::{MedianKernel, Pixels, Raster};
-use crate::kcf::{Kcf, KcfSettings};
+use crate::kcf::KcfSettings;
 use crate::units::PixelPoint;
 
 /// The numbers of the robust method.
@@ -101,7 +104,7 @@ pub struct RobustTracker {
     settings: RobustSettings,
     sensor: Sensor,
     darkroom: Option<Darkroom>,
-    kcf: Kcf,
+    kcf: Correlation,
     phase: Phase,
     joint: Option<JointDecision>,
     doubter: Option<Doubter>,
@@ -130,7 +133,7 @@ impl RobustTracker {
     pub fn new(settings: &RobustSettings, sensor: Sensor) -> Result<Self, TrackerError> {
         Ok(Self {
             darkroom: None,
-            kcf: Kcf::new(settings.kcf)?,
+            kcf: Correlation::new(settings.kcf)?,
             settings: settings.clone(),
             sensor,
             phase: Phase::Seeking(Places::new(settings, true)),
@@ -186,8 +189,8 @@ impl RobustTracker {
                 (following, *sighting, (JointKind::Butt, reason, None))
             }
         };
-        if let Some(frame) = field.in_view(view) {
-            self.kcf.train(frame, sighting.centre);
+        if let Some(mut frame) = field.in_view(view) {
+            self.kcf.train(&mut frame, sighting.centre);
         }
         let estimate = Estimate {
             status: Status::Tracked,
