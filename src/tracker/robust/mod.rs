@@ -8,6 +8,7 @@
 //! | `doubt` | whether the joint asked for is the joint seen |
 //! | `correlation` | the correlation filters, in a small window and in a wide one |
 //! | `geometry`, `hairline`, `sighting` | one frame's own view of the seam |
+//! | `rival` | whether a joint seen beside one that is unseen is that one |
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
 //! | `filter`, `height` | the estimate along the stripe and across it |
 //! | `noise`, `roughness` | R, all of it |
@@ -32,6 +33,7 @@ pub(super) mod noise;
 mod outline;
 mod part;
 mod places;
+mod rival;
 mod roughness;
 mod seed;
 mod seek;
@@ -47,6 +49,7 @@ pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
 pub use self::part::{Part, Parts};
 use self::places::Places;
+use self::rival::{Known, RIVAL_AFTER_BEATS, Seen};
 use self::seek::Found;
 use super::TrackerError;
 use super::clock::Tick;
@@ -114,16 +117,6 @@ pub struct RobustTracker {
     rival: Option<Levels>,
     frame_number: usize,
 }
-
-/// For how long a joint may be unseen before any is sought beside it \[beats\]. Chosen: covers are shorter.
-const RIVAL_AFTER_BEATS: f64 = 2.0;
-/// How far from the prediction such a joint may be found, as long as there is one: σ, and \[px of the picture\].
-const RIVAL_SIGMAS: f64 = 3.0;
-const RIVAL_PX: f64 = 12.0;
-/// How many times as wide a gap may have become while it was unseen: what lies across the stripe, with plate on both sides, shows a
-/// gap too. Chosen; and the width from which that counts \[px of the picture\].
-const WIDENS: f64 = 3.0;
-const LEAST_GAP_PX: f64 = 8.0;
 
 impl RobustTracker {
     /// A tracker that looks for its seam.
@@ -235,16 +228,15 @@ impl RobustTracker {
         let predicted = following.seam().in_picture(&following.view());
         let axis = view.axis();
         let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
-        let is_near = away_px.abs() <= RIVAL_SIGMAS * predicted.std_px + RIVAL_PX;
-        // A joint does not become one of another kind elsewhere, and a groove of which a part is hidden no gap.
-        let known = self.joint.as_ref().map(|joint| joint.kind);
-        let (was_px, is_px) = (following.gap_px(), view.picture_px() * seed.gap_px());
-        let is_as_wide = was_px.is_none_or(|was_px| is_px <= WIDENS * was_px.max(LEAST_GAP_PX));
-        let is_same_kind = known == Some(seed.model.kind.name());
-        let is_alike = is_same_kind && is_as_wide;
-        let may_become = !is_same_kind && (seed.certain || known != Some(JointKind::VGroove.name()));
-        let is_it = if is_near { is_alike || may_become } else { is_lost && is_alike };
-        is_it.then_some((view, found))
+        let known = Known { kind: self.joint.as_ref()?.kind, gap_px: following.gap_px(), is_lost };
+        let seen = Seen {
+            kind: seed.model.kind.name(),
+            gap_px: view.picture_px() * seed.gap_px(),
+            is_certain: seed.certain,
+            away_px,
+            std_px: predicted.std_px,
+        };
+        known.may_be(seen).then_some((view, found))
     }
 
     /// Asks what the frames show by themselves, where a joint was asked for.
