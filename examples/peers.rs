@@ -3,23 +3,27 @@
 //! `cargo run --features peers --example peers -- [--seeds N] [SCENE]...`. Each is started at the true centre of frame 0
 //! with a box of 80 × 60 px and runs on one thread. Their answers are OpenCV's boxes: the centre moves by what the box
 //! moves, so that rounding the first box costs nothing.
-#![expect(clippy::disallowed_types, reason = "OpenCV's trackers take a Mat; it stays in this file")]
+#![expect(clippy::disallowed_types, reason = "OpenCV's trackers take a Mat; it stays in this program")]
+
+#[path = "shared/opencv_frame.rs"]
+mod opencv_frame;
 
 use std::ops::RangeInclusive;
 use std::time::Instant;
 
 use anyhow::{Result, anyhow};
 use clap::Parser;
-use opencv::core::{Mat, MatTraitConst, Rect, set_num_threads};
+use opencv::core::{Rect, set_num_threads};
 use opencv::prelude::TrackerTrait;
 use opencv::tracking::{Legacy_TrackerMOSSE, TrackerCSRT, TrackerKCF, upgrade_tracking_api};
 use opencv::video::TrackerMIL;
 use seamtrack::config::Config;
 use seamtrack::eval::Estimate;
-use seamtrack::frame::GrayFrame;
 use seamtrack::regress::{Coordinate, Lane, follow, parse_seeds, run, table};
 use seamtrack::synth::{Scene, builtin};
 use seamtrack::units::StripeAxis;
+
+use self::opencv_frame::image_of;
 
 /// Width and height of the box round the seam \[px\]: the ROI of Du 2022.
 const BOX_PX: (f64, f64) = (80.0, 60.0);
@@ -95,13 +99,4 @@ fn lane(name: &str, mut tracker: impl TrackerTrait, scene: &Scene) -> opencv::Re
         lane.estimates.push(valid.then_some(Estimate { position_px: start_px + moved_px, std_px: None }));
     }
     Ok(lane)
-}
-
-/// The frame as the three-channel image that these trackers want.
-fn image_of(frame: &GrayFrame) -> opencv::Result<Mat> {
-    let grey = Mat::from_slice(frame.pixels())?;
-    let grey = grey.reshape(1, frame.height_px() as i32)?;
-    let mut colour = Mat::default();
-    opencv::imgproc::cvt_color_def(&grey, &mut colour, opencv::imgproc::COLOR_GRAY2BGR)?;
-    Ok(colour)
 }

@@ -1,22 +1,28 @@
-//! How long a step takes, by what the tracker is doing and by the size of the picture; and, built with `--features peers`, beside
-//! OpenCV's KCF and MOSSE on the same frames, in turn, on one thread: `make speed`.
+//! How long a step takes, by what the tracker is doing and by the size of the picture, and beside OpenCV's KCF and MOSSE on
+//! the same frames, in turn, on one thread: `make speed`.
 //!
 //! `cargo run --release --features peers --example speed -- [--frames 300] [SCENE]...`. All frames are rendered beforehand. The peers
 //! are started at the true centre with a box of 80 × 60 px, and take the same grey frame as three channels.
-#![cfg_attr(
-    feature = "peers",
-    expect(clippy::disallowed_types, reason = "OpenCV's trackers take a Mat; it stays in this file")
-)]
+#![expect(clippy::disallowed_types, reason = "OpenCV's trackers take a Mat; it stays in this program")]
+
+#[path = "shared/opencv_frame.rs"]
+mod opencv_frame;
 
 use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Parser;
+use opencv::core::{Ptr, Rect, set_num_threads};
+use opencv::prelude::TrackerTrait;
+use opencv::tracking::{Legacy_TrackerMOSSE, TrackerKCF, upgrade_tracking_api};
+use opencv::video::Tracker;
 use seamtrack::config::Config;
 use seamtrack::frame::GrayFrame;
 use seamtrack::synth::{Scene, builtin};
-use seamtrack::units::MmPerPx;
+use seamtrack::units::{MmPerPx, PixelPoint, StripeAxis};
 use seamtrack::{Sensor, Session, SessionSettings, Status};
+
+use self::opencv_frame::image_of;
 
 /// The sizes of pictures that a step is timed on \[px\].
 const SIZES_PX: [(usize, usize); 4] = [(640, 480), (1280, 960), (2048, 1088), (2592, 2048)];
@@ -61,15 +67,14 @@ fn main() -> Result<()> {
 /// A recording's frames and where its seam is in the first.
 struct Pictures {
     frames: Vec<GrayFrame>,
-    #[cfg_attr(not(feature = "peers"), expect(dead_code, reason = "only the peers must be told"))]
-    seam: seamtrack::units::PixelPoint,
+    seam: PixelPoint,
 }
 
 fn pictures(name: &str, (width_px, height_px): (usize, usize), frames: usize) -> Result<Pictures> {
     let mut scenario = builtin::scenario(name)?;
     scenario.frames = frames;
     (scenario.image.width_px, scenario.image.height_px) = (width_px, height_px);
-    scenario.image.stripe = seamtrack::units::StripeAxis::Horizontal;
+    scenario.image.stripe = StripeAxis::Horizontal;
     scenario.recorder.repeated = 0.0;
     let scene = Scene::new(&scenario, 61)?;
     let seam = scene.truth(0).seam.context("the scene has no seam in frame 0")?;
@@ -132,8 +137,7 @@ fn by_phase(size: (usize, usize), frames: usize, smallest_ms: &mut Option<f64>) 
         }
     }
     // The plate goes on and its seam does not: at first it is waited for, then searched.
-    let flat = crate::pictures("A-butt", size, frames)?;
-    let without: Vec<GrayFrame> = flat.frames.iter().map(covered).collect();
+    let without: Vec<GrayFrame> = pictures.iter().map(covered).collect();
     for (i, frame) in without.iter().enumerate() {
         let (estimate, took_ms) = timed(|| session.step(frame, 0.2 * (frames + i) as f64));
         if estimate?.status == Status::Lost {
@@ -175,24 +179,20 @@ fn covered(frame: &GrayFrame) -> GrayFrame {
 }
 
 /// OpenCV's trackers.
-#[cfg(feature = "peers")]
 struct Peers<'a> {
     pictures: &'a Pictures,
-    mosse: opencv::core::Ptr<opencv::video::Tracker>,
-    kcf: opencv::core::Ptr<opencv::tracking::TrackerKCF>,
+    mosse: Ptr<Tracker>,
+    kcf: Ptr<TrackerKCF>,
     took_ms: [Vec<f64>; 2],
 }
 
-#[cfg(feature = "peers")]
 impl<'a> Peers<'a> {
     fn start(pictures: &'a Pictures) -> Result<Self> {
-        use opencv::prelude::TrackerTrait;
-        use opencv::tracking::{Legacy_TrackerMOSSE, TrackerKCF, upgrade_tracking_api};
-        opencv::core::set_num_threads(1)?;
+        set_num_threads(1)?;
         let mut mosse = upgrade_tracking_api(&Legacy_TrackerMOSSE::create()?.into())?;
         let mut kcf = TrackerKCF::create_def()?;
         let corner = [pictures.seam.u_px - 40.0, pictures.seam.v_px - 30.0].map(|px| px.round() as i32);
-        let first = opencv::core::Rect::new(corner[0], corner[1], 80, 60);
+        let first = Rect::new(corner[0], corner[1], 80, 60);
         let image = image_of(&pictures.frames[0])?;
         mosse.init(&image, first)?;
         kcf.init(&image, first)?;
@@ -200,9 +200,8 @@ impl<'a> Peers<'a> {
     }
 
     fn step(&mut self, i: usize) -> Result<()> {
-        use opencv::prelude::TrackerTrait;
         let image = image_of(&self.pictures.frames[i])?;
-        let mut found = opencv::core::Rect::default();
+        let mut found = Rect::default();
         let (is_found, mosse_ms) = timed(|| self.mosse.update(&image, &mut found));
         is_found?;
         let (is_found, kcf_ms) = timed(|| self.kcf.update(&image, &mut found));
@@ -214,35 +213,5 @@ impl<'a> Peers<'a> {
 
     fn medians_ms(mut self) -> [f64; 2] {
         [0, 1].map(|i| quantile(&mut self.took_ms[i], 0.5))
-    }
-}
-
-/// The frame as the three-channel image that these trackers want.
-#[cfg(feature = "peers")]
-fn image_of(frame: &GrayFrame) -> opencv::Result<opencv::core::Mat> {
-    use opencv::core::MatTraitConst;
-    let grey = opencv::core::Mat::from_slice(frame.pixels())?;
-    let grey = grey.reshape(1, frame.height_px() as i32)?;
-    let mut colour = opencv::core::Mat::default();
-    opencv::imgproc::cvt_color_def(&grey, &mut colour, opencv::imgproc::COLOR_GRAY2BGR)?;
-    Ok(colour)
-}
-
-/// No peers were built in.
-#[cfg(not(feature = "peers"))]
-struct Peers;
-
-#[cfg(not(feature = "peers"))]
-impl Peers {
-    fn start(_: &Pictures) -> Result<Self> {
-        Ok(Self)
-    }
-
-    fn step(&mut self, _: usize) -> Result<()> {
-        Ok(())
-    }
-
-    fn medians_ms(self) -> [f64; 2] {
-        [f64::NAN; 2]
     }
 }

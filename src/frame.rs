@@ -88,12 +88,10 @@ impl GrayFrame {
     /// The part of the frame that `rect` covers; `None` when it covers nothing of it.
     #[must_use]
     pub fn cropped(&self, rect: PixelRect) -> Option<Self> {
-        let (u_end, v_end) = (rect.u_end_px().min(self.width_px), rect.v_end_px().min(self.height_px));
-        if rect.u_px >= u_end || rect.v_px >= v_end {
-            return None;
-        }
-        let pixels = (rect.v_px..v_end).flat_map(|v| &self.row(v)[rect.u_px..u_end]).copied().collect();
-        Some(Self { width_px: u_end - rect.u_px, height_px: v_end - rect.v_px, pixels })
+        let part = rect.within((self.width_px, self.height_px))?;
+        let rows = part.v_px..part.v_end_px();
+        let pixels = rows.flat_map(|v| &self.row(v)[part.u_px..part.u_end_px()]).copied().collect();
+        Some(Self { width_px: part.width_px, height_px: part.height_px, pixels })
     }
 
     /// The frame with rows and columns exchanged.

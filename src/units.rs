@@ -31,7 +31,7 @@ impl PixelPoint {
 }
 
 /// A rectangle of whole pixels: its top left one, its columns and its rows.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct PixelRect {
     /// Its first column \[px\].
     pub u_px: usize,
@@ -44,6 +44,20 @@ pub struct PixelRect {
 }
 
 impl PixelRect {
+    /// All of a picture of so many columns and rows.
+    #[must_use]
+    pub const fn whole((width_px, height_px): (usize, usize)) -> Self {
+        Self { u_px: 0, v_px: 0, width_px, height_px }
+    }
+
+    /// What of it lies in a picture of so many columns and rows; none where nothing does.
+    #[must_use]
+    pub fn within(self, (width_px, height_px): (usize, usize)) -> Option<Self> {
+        let columns = self.u_end_px().min(width_px).checked_sub(self.u_px)?;
+        let rows = self.v_end_px().min(height_px).checked_sub(self.v_px)?;
+        (columns > 0 && rows > 0).then_some(Self { width_px: columns, height_px: rows, ..self })
+    }
+
     /// Whether `point` lies in it.
     #[must_use]
     pub fn holds(self, point: PixelPoint) -> bool {

@@ -4,6 +4,7 @@ use super::path::Memory;
 use super::profile::Profile;
 use super::view::View;
 use crate::imgproc::geometry::Refusal;
+use crate::kcf::Response;
 use crate::units::PixelPoint;
 
 /// What the tracker knows about the seam.
@@ -30,6 +31,17 @@ pub struct KcfReading {
     pub psr_ratio: f64,
     /// The template learned from this frame.
     pub template_updated: bool,
+}
+
+impl From<Response> for KcfReading {
+    fn from(response: Response) -> Self {
+        Self {
+            peak: response.peak,
+            psr: response.psr.into(),
+            psr_ratio: response.psr_ratio().into(),
+            template_updated: false,
+        }
+    }
 }
 
 /// The filtered seam centre.

@@ -120,13 +120,12 @@ impl PaperTracker {
     /// The KCF's answer round its own last peak; the template learns if the PSR allows it.
     fn locate(&mut self, frame: &GrayFrame, around: PixelPoint) -> (Response, KcfReading) {
         let response = self.kcf.detect(frame, nearest_pixel(around));
-        let psr = f64::from(response.psr);
-        let template_updated = psr >= self.settings.psr_threshold;
-        if template_updated {
+        let mut reading = KcfReading::from(response);
+        reading.template_updated = reading.psr >= self.settings.psr_threshold;
+        if reading.template_updated {
             self.kcf.update(frame, nearest_pixel(response.peak), self.settings.learning_rate);
         }
-        let psr_ratio = f64::from(response.psr_ratio());
-        (response, KcfReading { peak: response.peak, psr, psr_ratio, template_updated })
+        (response, reading)
     }
 }
 

@@ -21,16 +21,13 @@ pub struct Picture<'a> {
 impl<'a> Picture<'a> {
     /// The part `roi` of `frame`, or all of it, in which the stripe runs along `axis`. None where the part lies outside.
     pub fn new(frame: &'a GrayFrame, axis: StripeAxis, roi: Option<PixelRect>) -> Option<Self> {
-        let (width, height) = (frame.width_px(), frame.height_px());
-        let roi = roi.unwrap_or(PixelRect { u_px: 0, v_px: 0, width_px: width, height_px: height });
-        let (u_end, v_end) = (roi.u_end_px().min(width), roi.v_end_px().min(height));
-        let (columns, rows) = (u_end.checked_sub(roi.u_px)?, v_end.checked_sub(roi.v_px)?);
+        let all = (frame.width_px(), frame.height_px());
+        let part = roi.unwrap_or(PixelRect::whole(all)).within(all)?;
         let size_px = match axis {
-            StripeAxis::Horizontal => (columns, rows),
-            StripeAxis::Vertical => (rows, columns),
+            StripeAxis::Horizontal => (part.width_px, part.height_px),
+            StripeAxis::Vertical => (part.height_px, part.width_px),
         };
-        let field = Field { axis, origin_px: (roi.u_px, roi.v_px) };
-        (columns > 0 && rows > 0).then_some(Self { frame, field, size_px })
+        Some(Self { frame, field: Field { axis, origin_px: (part.u_px, part.v_px) }, size_px })
     }
 
     /// Which part of the picture it is, and how it is turned.
@@ -115,29 +112,26 @@ pub struct Developed<'a> {
     view: &'a mut Tiles,
 }
 
-impl Developed<'_> {
+impl<'a> Developed<'a> {
     /// Which part of the picture it is, and how it is turned.
     pub const fn origin(&self) -> Field {
         self.picture.field
     }
 
     /// The field as `view` has it; none where the view's raster leaves nothing of it.
-    pub fn in_view(&mut self, view: View) -> Option<InView<'_>> {
-        let (width, height) = self.picture.size_px;
-        let part = view.part().unwrap_or(PixelRect { u_px: 0, v_px: 0, width_px: width, height_px: height });
-        let (raster, side) = (view.raster(), view.raster().coarseness());
-        let columns = part.u_end_px().min(width).checked_sub(part.u_px)? / side;
-        let rows = part.v_end_px().min(height).checked_sub(part.v_px)? / side;
-        if columns == 0 || rows == 0 {
+    pub fn in_view(&mut self, view: View) -> Option<InView<'_, 'a>> {
+        let all = self.picture.size_px;
+        let part = view.part().unwrap_or(PixelRect::whole(all)).within(all)?;
+        let side = view.raster().coarseness();
+        let size_px = (part.width_px / side, part.height_px / side);
+        if size_px.0 == 0 || size_px.1 == 0 {
             return None;
         }
-        let is_field = (columns, rows) == (width, height);
+        let is_field = size_px == all;
         if !is_field {
-            self.view.begin((columns, rows));
+            self.view.begin(size_px);
         }
-        let Self { picture, filter, field, view } = self;
-        let shape = Shape { corner_px: (part.u_px, part.v_px), raster, is_field };
-        Some(InView { picture, filter, field, view, shape })
+        Some(InView { field: self, corner_px: (part.u_px, part.v_px), raster: view.raster(), is_field })
     }
 }
 
@@ -170,40 +164,32 @@ impl Pixels for Developed<'_> {
 
 /// The filtered field in the raster of a view.
 #[derive(Debug)]
-pub struct InView<'a> {
-    picture: &'a Picture<'a>,
-    filter: &'a mut MedianFilter,
-    field: &'a mut Tiles,
-    view: &'a mut Tiles,
-    shape: Shape,
-}
-
-/// How a view lies in the field.
-#[derive(Debug, Clone, Copy)]
-struct Shape {
+pub struct InView<'s, 'a> {
+    field: &'s mut Developed<'a>,
+    /// The view's first pixel in the field.
     corner_px: (usize, usize),
     raster: Raster,
     /// The view is the field itself.
     is_field: bool,
 }
 
-impl Pixels for InView<'_> {
+impl Pixels for InView<'_, '_> {
     fn size_px(&self) -> (usize, usize) {
-        if self.shape.is_field { self.field.size_px() } else { self.view.size_px() }
+        if self.is_field { self.field.size_px() } else { self.field.view.size_px() }
     }
 
     fn region(&mut self, columns: Range<usize>, rows: Range<usize>) -> &GrayFrame {
-        let Shape { corner_px: (u_corner, v_corner), raster, is_field } = self.shape;
-        if is_field {
-            return develop(self.picture, self.filter, self.field, columns, rows);
+        if self.is_field {
+            return self.field.region(columns, rows);
         }
-        let side = raster.coarseness();
-        self.view.region(columns, rows, |tile, target, stride| {
+        let ((u_corner, v_corner), side) = (self.corner_px, self.raster.coarseness());
+        let Developed { picture, filter, field, view } = &mut *self.field;
+        view.region(columns, rows, |tile, target, stride| {
             let (u_px, v_px) = (u_corner + tile.u_px * side, v_corner + tile.v_px * side);
             let (columns, rows) = (u_px..u_px + tile.width_px * side, v_px..v_px + tile.height_px * side);
-            let covered = develop(self.picture, self.filter, self.field, columns, rows);
+            let covered = develop(picture, filter, field, columns, rows);
             for (j, target) in target.chunks_mut(stride).take(tile.height_px).enumerate() {
-                raster.mean_row(covered, (u_px, v_px + j * side), &mut target[..tile.width_px]);
+                self.raster.mean_row(covered, (u_px, v_px + j * side), &mut target[..tile.width_px]);
             }
         })
     }

@@ -207,8 +207,9 @@ impl Session {
 
     fn look(&mut self, frame: &GrayFrame, tick: Tick) -> Result<Estimate, TrackerError> {
         let picture = |axis| {
-            let outside = |roi| TrackerError::Roi { roi, picture: size_px(frame) };
-            Picture::new(frame, axis, self.roi).ok_or_else(|| outside(self.roi.unwrap_or_default()))
+            let picture = size_px(frame);
+            let roi = self.roi.unwrap_or(PixelRect::whole(picture));
+            Picture::new(frame, axis, Some(roi)).ok_or(TrackerError::Roi { roi, picture })
         };
         if self.axis.is_none() {
             self.axis = find_axis(&picture(StripeAxis::Horizontal)?.whole());

@@ -196,10 +196,11 @@ impl Objective<'_> {
         let expected = self.expected.gap_px.round() as isize;
         let start = expected + (expected + sum).rem_euclid(2);
         let most = (sum - 2 * first).min(2 * last - sum);
-        let larger = (start..=most).step_by(2);
-        let smaller = (0..).map(|i| start - 2 - 2 * i).take_while(|&gap| gap >= -most);
-        for gaps in [&mut larger.into_iter() as &mut dyn Iterator<Item = isize>, &mut smaller.into_iter()] {
-            for gap in gaps.skip_while(|gap| *gap > most) {
+        let mut larger = (start..=most).step_by(2);
+        let mut smaller =
+            (0..).map(|i| start - 2 - 2 * i).skip_while(|&gap| gap > most).take_while(|&gap| gap >= -most);
+        for gaps in [&mut larger as &mut dyn Iterator<Item = isize>, &mut smaller] {
+            for gap in gaps {
                 let prior = self.prior_of_gap(gap * STEPS_PER_PX) + prior_of_middle;
                 if prior >= best.1 || prior.is_infinite() {
                     break;

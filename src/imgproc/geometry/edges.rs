@@ -4,8 +4,6 @@
 //! the left edge the left line should be lit, behind the right edge the right line, with a truncated loss, a prior on
 //! their distance and a weak one on their middle.
 
-use arrayvec::ArrayVec;
-
 use super::edge_pair::{self, Expected, Presence};
 use super::line::{self, Line, SideFit};
 use super::ridge::{CrossSection, RidgePoint, Search, ridge};
@@ -90,8 +88,7 @@ pub fn fit(
     let distinct = (right.line.v_px - left.line.v_px).abs() > DISTINCT_PX;
     let mut presence = |side: &SideFit, other: &SideFit, lit_before: bool| {
         let other = distinct.then_some(other.line);
-        let columns = presence(&mut *frame, stretch.clone(), u_px, (side, other), &section);
-        Presence::new(columns.into_iter(), lit_before)
+        presence(&mut *frame, stretch.clone(), u_px, (side, other, lit_before), &section)
     };
     let presences = [presence(&left, &right, true), presence(&right, &left, false)];
     let least_gap_px = if distinct { -LARGEST_OVERLAP_PX } else { LEAST_GAP_PX };
@@ -128,14 +125,15 @@ fn columns_within(frame: &impl Pixels, u_px: f64, half_px: f64) -> std::ops::Ran
     first..end.clamp(first, first + edge_pair::MOST_COLUMNS)
 }
 
-/// Where a side's stripe is, and how much each column says; what lies nearer to the `other` side's line, if that is apart, is the other's.
+/// Where a side's stripe is, before its edge or behind it; what lies nearer to the `other` side's line, if that is apart, is the
+/// other's.
 fn presence(
     frame: impl Pixels,
     stretch: std::ops::Range<usize>,
     u_px: f64,
-    (side, other): (&SideFit, Option<Line>),
+    (side, other, lit_before): (&SideFit, Option<Line>, bool),
     section: &CrossSection,
-) -> ArrayVec<(f64, f64), { edge_pair::MOST_COLUMNS }> {
+) -> Presence {
     let search = Search { half_band_px: 16, prior_sd_px: PRESENCE_PRIOR_SD_PX };
     let points = ridge(frame, stretch, |u| side.line.at(u - u_px), section, search);
     let lit = |p: &RidgePoint| {
@@ -148,7 +146,7 @@ fn presence(
         ((strength / (side.amplitude + 1e-3) - DARK_SHARE) / LIT_RANGE).clamp(0.0, 1.0)
     };
     let weight = |p: &RidgePoint| if p.has_glare { GLARE_WEIGHT } else { 1.0 };
-    points.iter().map(|p| (lit(p), weight(p))).collect()
+    Presence::new(points.iter().map(|p| (lit(p), weight(p))), lit_before)
 }
 
 #[cfg(test)]

@@ -42,12 +42,12 @@ impl Correlation {
 
     /// What the small window shows round `around`.
     pub fn near(&mut self, frame: &mut impl Pixels, around: PixelPoint) -> KcfReading {
-        reading(&mut self.near, frame, around)
+        self.near.detect(frame, around).into()
     }
 
     /// What the wide window shows round `around`.
     pub fn wide(&mut self, frame: &mut impl Pixels, around: PixelPoint) -> KcfReading {
-        reading(&mut self.wide, frame, around)
+        self.wide.detect(frame, around).into()
     }
 
     /// Learns a little of how the seam at `centre` looks now.
@@ -58,16 +58,6 @@ impl Correlation {
             let kept = (1.0 - learning_rate).powi(WIDE_EVERY as i32);
             self.wide.update(frame, centre, 1.0 - kept);
         }
-    }
-}
-
-fn reading(kcf: &mut Kcf, frame: &mut impl Pixels, around: PixelPoint) -> KcfReading {
-    let response = kcf.detect(frame, around);
-    KcfReading {
-        peak: response.peak,
-        psr: response.psr.into(),
-        psr_ratio: response.psr_ratio().into(),
-        template_updated: false,
     }
 }
 

@@ -16,9 +16,8 @@ const WIDEST_PX: f64 = 64.0;
 pub fn is_no_gap(picture: &GrayFrame, raster: Raster, finer: impl Iterator<Item = Raster>, seed: &Seed) -> bool {
     let Some(edges) = seed.fit.edges.filter(|_| seed.model.kind == JointKind::Butt) else { return false };
     let holds = |finer: &Raster| edges.gap_px * finer.scale() / raster.scale() <= WIDEST_PX;
-    let mut finest = finer.filter(|finer| finer.scale() > raster.scale()).filter(holds).collect::<Vec<_>>();
-    finest.sort_by(|a, b| b.scale().total_cmp(&a.scale()));
-    let Some(&finest) = finest.first() else { return false };
+    let finer = finer.filter(|finer| finer.scale() > raster.scale()).filter(holds);
+    let Some(finest) = finer.max_by(|a, b| a.scale().total_cmp(&b.scale())) else { return false };
     let Some(frame) = finest.resample(picture) else { return false };
     let scale = finest.scale() / raster.scale();
     let fit = in_raster(&seed.fit, raster, finest);

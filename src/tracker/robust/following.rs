@@ -256,7 +256,7 @@ impl Following {
             Eye::Geometry(eye) => eye.look(frame, &self.judge, &reading).or_else(|unsighted| {
                 // It may have gone out of the small window.
                 let wide = kcf.wide(frame, around);
-                let sighting = eye.look(frame, &self.judge, &wide).map_err(|_| unsighted)?;
+                let sighting = eye.look_at_peak(frame, &self.judge, &wide).map_err(|_| unsighted)?;
                 reading = wide;
                 Ok(sighting)
             }),

@@ -52,7 +52,18 @@ impl GeometryEye {
     /// The best fit near the prediction, or near the KCF's peak where that is elsewhere.
     pub fn look(&mut self, frame: &mut impl Pixels, judge: &Judge, kcf: &KcfReading) -> Result<Sighting, Unsighted> {
         self.searched = 0;
-        self.near(frame, judge, kcf).map(|fit| self.sighting(fit))
+        let predicted = (judge.position().0, 0.0);
+        self.near(frame, judge, std::iter::once(predicted).chain(self.by_peak(judge, kcf)))
+    }
+
+    /// The best fit where the KCF has its peak; none where that is not believed.
+    pub fn look_at_peak(
+        &self,
+        frame: &mut impl Pixels,
+        judge: &Judge,
+        kcf: &KcfReading,
+    ) -> Result<Sighting, Unsighted> {
+        self.near(frame, judge, self.by_peak(judge, kcf))
     }
 
     /// The best fit in a part of the whole frame, or where the last sightings were.
@@ -111,24 +122,35 @@ impl GeometryEye {
         self.model.learn(fit);
     }
 
-    fn near(&self, frame: &mut impl Pixels, judge: &Judge, kcf: &KcfReading) -> Result<JointFit, Unsighted> {
-        let (u_px, variance_px2) = judge.position();
-        let extra_px = EXTRA_PER_STD * (variance_px2 - 1.0).max(0.0).sqrt();
-        let search_px = SEARCH_PX + extra_px.min(MOST_EXTRA_PX);
+    /// Places along the stripe that the KCF's peak speaks for, and by how much the sides lie lower there.
+    fn by_peak(&self, judge: &Judge, kcf: &KcfReading) -> impl Iterator<Item = (f64, f64)> + use<> {
+        let (u_px, _) = judge.position();
         let dv_px = kcf.peak.v_px - self.model.seam_v_px();
         let dv_px = if dv_px.abs() > LARGEST_DV_PX { 0.0 } else { dv_px };
         let kcf_believable = kcf.psr_ratio >= LEAST_PSR_RATIO;
         let kcf_elsewhere = (kcf.peak.u_px - u_px).abs() > OTHER_PLACE_PX || judge.unseen_beats() > 0.0;
         let places = [
-            Some((u_px, 0.0)),
             (kcf_believable && kcf_elsewhere).then_some((kcf.peak.u_px, dv_px)),
             (kcf_believable && judge.unseen_beats() > 1.0).then_some((u_px, dv_px)),
         ];
+        places.into_iter().flatten()
+    }
+
+    /// The best fit at `places`, those near the prediction preferred.
+    fn near(
+        &self,
+        frame: &mut impl Pixels,
+        judge: &Judge,
+        places: impl Iterator<Item = (f64, f64)>,
+    ) -> Result<Sighting, Unsighted> {
+        let (u_px, variance_px2) = judge.position();
+        let extra_px = EXTRA_PER_STD * (variance_px2 - 1.0).max(0.0).sqrt();
+        let search_px = SEARCH_PX + extra_px.min(MOST_EXTRA_PX);
         let badness = |fit: &JointFit| {
             let away_px = if judge.unseen_beats() < FRESH_BEATS { (fit.centre.u_px - u_px).abs() } else { 0.0 };
             fit.edges.map_or(fit.residual_px, |edges| edges.cost) + COST_PER_PX * away_px
         };
-        self.best(frame, places.into_iter().flatten(), search_px, badness)
+        self.best(frame, places, search_px, badness).map(|fit| self.sighting(fit))
     }
 
     /// The least bad of the trustworthy fits; else why the first place had none.
