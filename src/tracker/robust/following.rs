@@ -236,6 +236,11 @@ impl Following {
         self.lasting.has_rival()
     }
 
+    /// Whether what is sighted is fixed to the picture, and no seam.
+    pub fn is_fixed(&self) -> bool {
+        self.lasting.is_fixed(self.height.shaking_px2())
+    }
+
     /// One frame further by `beats`; `is_lost` when the seam is to be searched in the whole frame.
     ///
     /// # Errors
@@ -415,7 +420,7 @@ impl Following {
     ) -> (Estimate, Next) {
         let found = matches!(outcome, Outcome::Sighted { .. });
         let jumped_from = self.before(&outcome);
-        let has_ended = self.plain_beats >= ENDED_AFTER_BEATS;
+        let has_ended = self.plain_beats >= ENDED_AFTER_BEATS || self.is_fixed();
         let is_lost = !found && (was_lost || self.judge.is_exhausted());
         let next = match (has_ended || (is_lost && self.judge.should_give_up()), is_lost) {
             (true, _) => Next::Seek,

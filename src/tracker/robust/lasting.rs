@@ -18,6 +18,12 @@ const RATE: f64 = 0.1;
 /// A rival line is one when it shows in this share of the fits. Chosen.
 const RIVAL_SHARE: f64 = 0.5;
 
+/// Two edges that stay where they are this much better than plates that shake can hold them, as a share of the least variance, over
+/// so many third differences, are fixed to the picture: a dead block of the sensor. Measured: .001 px where the edges of plates
+/// leave .3 px and more. Chosen: a quarter of the SD, and half of what the seam must be seen for to be believed when it is lost.
+const FIXED_SHARE: f64 = 1.0 / 16.0;
+const FIXED_COUNT: usize = 12;
+
 /// What is known of it of one joint.
 #[derive(Debug, Clone)]
 pub struct Lasting {
@@ -63,6 +69,14 @@ impl Lasting {
     pub fn variance_px2(&self, shaking_px2: f64) -> f64 {
         let Some(kind) = self.kind else { return 0.0 };
         self.of_fit_px2 + (self.vibration_px2(kind, shaking_px2) - VIBRATION_VARIANCE_PX2).max(0.0)
+    }
+
+    /// Whether the newest sightings are those of something fixed to the picture, on plates that shake across the stripe with a
+    /// variance of `shaking_px2`: a seam shakes with them. Only of edges, which are ragged, too.
+    pub fn is_fixed(&self, shaking_px2: f64) -> bool {
+        let least_px2 = third_difference_gain(SHAKING_COEFFICIENT) * LEAST_ALONG.powi(2) * shaking_px2;
+        self.kind.is_some_and(JointKind::has_edges)
+            && self.roughness.newest_px2(FIXED_COUNT).is_some_and(|jumps_px2| jumps_px2 < FIXED_SHARE * least_px2)
     }
 
     /// What the sightings jump by and their own noise does not explain: one stripe cannot tell a vibration from ragged edges, but a
@@ -120,6 +134,23 @@ mod tests {
         assert!((0.15..1.5).contains(&shaken(JointKind::Fillet, 0.5, 2.0)));
         assert!(shaken(JointKind::Butt, 1.0, 4.0) > 0.3);
         assert!(shaken(JointKind::Butt, 1.0, 0.1) < 0.05, "edges that are ragged on plates at rest");
+    }
+
+    #[test]
+    fn edges_that_hold_still_on_plates_that_shake_are_fixed_to_the_picture() {
+        let fit = fit();
+        let is_fixed = |kind: JointKind, jump_px: f64, shaking_px2: f64| {
+            let mut lasting = Lasting::new(Some(kind), 1.0, Some(&fit));
+            for t in 0..FIXED_COUNT + 3 {
+                let by_px = jump_px * [1.0, -1.0, 0.2, 1.2, -0.8, -1.1, 0.5][t % 7];
+                lasting.push(Some(&JointFit { centre: PixelPoint::new(100.0 + by_px, 80.0), ..fit }));
+            }
+            lasting.is_fixed(shaking_px2)
+        };
+        assert!(is_fixed(JointKind::Butt, 0.001, 0.42) && is_fixed(JointKind::Lap, 0.001, 0.42));
+        assert!(!is_fixed(JointKind::Butt, 0.12, 0.42), "as much as plates shake at least");
+        assert!(!is_fixed(JointKind::Butt, 0.0, 0.0), "plates at rest");
+        assert!(!is_fixed(JointKind::Fillet, 0.001, 0.42), "legs are not ragged");
     }
 
     #[test]

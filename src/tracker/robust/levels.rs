@@ -22,7 +22,7 @@ const COARSENESS: [usize; 4] = [1, 2, 4, 8];
 const LEAST_RASTER_PX: (usize, usize) = (160, 120);
 /// A joint belongs to a coarser raster when its gap or step there is at least this wide, its groove this wide from root to
 /// shoulder \[px\]. Chosen: half of what the next finer one can hold.
-const LEAST_GAP_PX: f64 = 28.0;
+pub const LEAST_GAP_PX: f64 = 28.0;
 const LEAST_HALF_WIDTH_PX: f64 = 40.0;
 /// A coarser raster is also for a stripe that has at least this SD there \[px\]: in the next finer one it would be twice as
 /// thick, and what looks at it is made for stripes of SD 1.2 to 3.8 px.

@@ -12,6 +12,7 @@
 //! | `following`, `judge` | a seam that is followed, and what a sighting of it is worth |
 //! | `filter`, `height` | the estimate along the stripe and across it |
 //! | `noise`, `roughness` | R, all of it |
+//! | `fixed` | where the picture shows what is no seam |
 //! | `lasting` | what belongs to σ and to no R |
 //! | `part` | what an ablation takes away |
 
@@ -22,6 +23,7 @@ mod correlation;
 mod doubt;
 pub(super) mod filter;
 mod finer;
+mod fixed;
 mod following;
 mod geometry;
 mod hairline;
@@ -44,6 +46,7 @@ use self::asked::ASKED_FRAMES;
 use self::candidate::SECOND_LINE_DOUBT;
 use self::correlation::Correlation;
 use self::doubt::Doubter;
+use self::fixed::FixedPlaces;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
@@ -115,6 +118,7 @@ pub struct RobustTracker {
     seen: Option<JointKind>,
     /// Seeks any joint while the one that is followed is not seen: its preparation may have changed.
     rival: Option<Levels>,
+    fixed: FixedPlaces,
     frame_number: usize,
 }
 
@@ -134,6 +138,7 @@ impl RobustTracker {
             doubter: settings.joint.map(|_| Doubter::new(settings)),
             seen: None,
             rival: None,
+            fixed: FixedPlaces::default(),
             frame_number: 0,
         })
     }
@@ -142,6 +147,7 @@ impl RobustTracker {
         let Phase::Seeking(places) = &mut self.phase else { return Ok(self.unseen(Observation::NoSeam, beats)) };
         let origin = field.origin();
         let (part, raster, found) = places.look(field.whole());
+        let found = found.unless(|seed| self.fixed.hold(seed, &View::of_part(origin, part, raster)));
         if let (Found::Nothing { .. }, Some((place, elsewhere))) = (&found, places.asked_in_vain()) {
             let view = View::new(origin, Raster::PICTURE);
             return Err(TrackerError::NothingAtSeed {
@@ -223,8 +229,9 @@ impl RobustTracker {
         let rival = self.rival.get_or_insert_with(|| Levels::rival(&self.settings));
         let part = following.view().part_of(field.whole())?;
         let (raster, found) = rival.look(&part);
-        let Found::Joint { seed, .. } = &found else { return None };
         let view = following.view().in_raster(raster);
+        let found = found.unless(|seed| self.fixed.hold(seed, &view));
+        let Found::Joint { seed, .. } = &found else { return None };
         let predicted = following.seam().in_picture(&following.view());
         let axis = view.axis();
         let away_px = axis.along_px(view.picture_from_view(seed.fit.centre)) - axis.along_px(predicted.centre);
@@ -318,6 +325,12 @@ impl RobustTracker {
 
     fn go_on(&mut self, next: Next) {
         if next == Next::Seek {
+            if let Phase::Following(following) = &self.phase
+                && following.is_fixed()
+            {
+                let (view, gap_px) = (following.view(), following.gap_px().unwrap_or(0.0));
+                self.fixed.push(view.axis().along_px(following.seam().in_picture(&view).centre), gap_px);
+            }
             self.phase = Phase::Seeking(Places::new(&self.settings, false));
             return;
         }

@@ -44,6 +44,12 @@ impl Roughness {
         }
     }
 
+    /// The mean square of the newest `count` third differences; none of fewer.
+    pub fn newest_px2(&self, count: usize) -> Option<f64> {
+        let newest = self.differences.iter().rev().take(count);
+        (self.differences.len() >= count).then(|| newest.map(|x| x * x).sum::<f64>() / count as f64)
+    }
+
     /// The variance of a third difference and the number of those it comes from; none from too few.
     pub fn variance(&self) -> Option<(f64, usize)> {
         let count = self.differences.len();

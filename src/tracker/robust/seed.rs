@@ -67,6 +67,8 @@ pub struct Seed {
     pub clear: bool,
     /// Beyond doubt: the user said so, or all of a groove is seen.
     pub certain: bool,
+    /// It looks like the toe of what lies on the plates.
+    pub is_toe: bool,
 }
 
 impl Seed {
@@ -107,14 +109,16 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let places = strong.chain(notches(line).into_iter().map(|place| (place, None)));
     let learned: Vec<(Learned, Option<f64>)> =
         places.filter_map(|(place, wide_px)| Some((beside(frame, place)?, wide_px))).collect();
-    let is_one_toe = |seed: &Seed| kind.is_none() && seed.model.kind == JointKind::Butt && is_toe(line, seed);
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
         let unknown = learned.iter().map(|(learned, _)| (learned, None));
         let wide = learned.iter().filter(|(_, wide_px)| tried == JointKind::Butt && wide_px.is_some());
         let open = kind.is_none();
         let all = unknown.chain(wide.map(|(learned, wide_px)| (learned, *wide_px)));
         let found = all.filter_map(|(learned, gap_px)| edges(frame, learned, gap_px, tried, open));
-        seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed) && !is_one_toe(seed)).collect(), score));
+        let found = found.filter(|seed| !is_bridged(line, seed));
+        let found = found.map(|seed| Seed { is_toe: open && is_toe(line, &seed), ..seed });
+        let (toes, joints): (Vec<Seed>, Vec<Seed>) = found.partition(|seed| seed.is_toe);
+        seeds.extend([joints, toes].into_iter().flat_map(|seeds| places_of(seeds, score)));
     }
     seeds
 }
@@ -251,7 +255,7 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
     let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
-    Some(Seed { clear, certain, model, fit })
+    Some(Seed { clear, certain, is_toe: false, model, fit })
 }
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.

@@ -49,6 +49,9 @@ const LEAST_RELIEF_FRAMES: usize = 5;
 const FASTEST_PX: f64 = 10.0;
 /// Memory of that share \[per frame\].
 const STRAIGHT_RATE: f64 = 0.25;
+/// A hairline is the toe of what lies on the plates when it looks like one in this share of the last frames. Chosen: a cap that
+/// runs out little by little, and a spatter over it, hide it in half of them; beside a seam a spatter shows one for a frame.
+const LARGEST_TOE_SHARE: f64 = 0.3;
 /// What a frame brought.
 pub enum Found {
     /// No joint that is certain.
@@ -85,6 +88,14 @@ impl Found {
     pub const fn nothing() -> Self {
         Self::Nothing { stripe_seen: false, evidence: Evidence::NONE }
     }
+
+    /// The same, but no joint that is known to be none.
+    pub fn unless(self, is_none: impl Fn(&Seed) -> bool) -> Self {
+        match &self {
+            Self::Joint { seed, .. } if is_none(seed) => Self::Nothing { stripe_seen: true, evidence: Evidence::NONE },
+            _ => self,
+        }
+    }
 }
 
 /// Looks for joints of one kind, or of all.
@@ -94,6 +105,8 @@ pub struct Seeker {
     asked: Option<Asked>,
     /// The seeds of the last frames, each with what it shows, the newest last.
     recent: VecDeque<Vec<Candidate>>,
+    /// What looked like the toe of something on the plates in them, the newest last.
+    toes: VecDeque<Vec<Seed>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
     hairline: HairlineTracker,
@@ -102,6 +115,8 @@ pub struct Seeker {
     /// Another joint is known, and not seen.
     is_rival: bool,
     straight_share: f64,
+    /// Share of the last frames in which something lies beside the hairline.
+    toe_share: f64,
     /// Where the last frames have the hairline \[px\], and its relief, the newest last.
     hairlines: VecDeque<(f64, f64)>,
 }
@@ -115,11 +130,13 @@ impl Seeker {
             parts,
             asked: None,
             recent: VecDeque::new(),
+            toes: VecDeque::new(),
             untouched,
             hairline: HairlineTracker::default(),
             seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
             is_rival: false,
             straight_share: 0.0,
+            toe_share: 0.0,
             hairlines: VecDeque::new(),
         }
     }
@@ -147,13 +164,17 @@ impl Seeker {
 
     /// A frame passes that cannot be looked at.
     pub fn miss(&mut self) {
-        self.remember(vec![]);
+        self.remember(vec![], vec![]);
     }
 
-    fn remember(&mut self, candidates: Vec<Candidate>) {
+    fn remember(&mut self, candidates: Vec<Candidate>, toes: Vec<Seed>) {
         self.recent.push_back(candidates);
         if self.recent.len() > REMEMBERED_FRAMES {
             self.recent.pop_front();
+        }
+        self.toes.push_back(toes);
+        if self.toes.len() > RECENT_FRAMES {
+            self.toes.pop_front();
         }
     }
 
@@ -162,14 +183,15 @@ impl Seeker {
         let line = centreline(frame, self.parts.has(Part::StripePath));
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
         let at_place = self.asked.as_ref().and_then(|asked| asked.seed(frame, self.kind));
-        let seeds = match at_place {
+        let seeds: Vec<Seed> = match at_place {
             Some(seed) if seed.certain => vec![seed],
             unsure => unsure.into_iter().chain(seed::find(frame, &line, self.kind)).collect(),
         };
+        let (toes, seeds): (Vec<Seed>, Vec<Seed>) = seeds.into_iter().partition(|seed| seed.is_toe);
         let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, before_arc) {
+        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, toes, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
             let doubt = match shows {
                 Shows::Dark if seed.model.kind == JointKind::Lap => Some(STEP_DOUBT),
@@ -217,8 +239,8 @@ impl Seeker {
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
-    fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Candidate> {
-        self.remember(candidates.clone());
+    fn confirmed(&mut self, candidates: Vec<Candidate>, toes: Vec<Seed>, before_arc: bool) -> Option<Candidate> {
+        self.remember(candidates.clone(), toes);
         let certain = |candidate: &Candidate| {
             let Candidate { seed, shows } = candidate;
             let is_dark = *shows == Shows::Dark;
@@ -230,7 +252,9 @@ impl Seeker {
                 || self.on_the_move(seed) >= moving;
             // What hides a joint that is known is a dark stretch of the stripe, too.
             let may_be_cover = self.is_rival && is_dark;
-            sure && !may_be_cover && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
+            sure && !may_be_cover
+                && !self.is_toe(seed)
+                && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
         let typical =
             candidates.into_iter().map(|candidate| Candidate { shows: self.typically(&candidate), ..candidate });
@@ -239,6 +263,13 @@ impl Seeker {
         // Of equals the first, as they come.
         certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.shows));
         certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
+    }
+
+    /// Whether what should be a joint looked like the toe of something on the plates in more than a few of the last frames.
+    fn is_toe(&self, seed: &Seed) -> bool {
+        let is_near = |toe: &Seed| toe.model.kind.has_edges() && seed.away_px(toe) < RIVAL_PX;
+        let frames = self.toes.iter().filter(|toes| toes.iter().any(is_near)).count();
+        seed.model.kind.has_edges() && frames as f64 > LARGEST_TOE_SHARE * RECENT_FRAMES as f64
     }
 
     /// What most of the last frames that have a candidate show, as far as one frame does not tell all.
@@ -328,6 +359,8 @@ impl Seeker {
     fn hairline_is_certain(&mut self, line: &Centreline, estimate: &HairlineEstimate) -> bool {
         let share = straight_share(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u));
         self.straight_share += STRAIGHT_RATE * (share - self.straight_share);
+        let is_toe = is_toe_of_hairline(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u));
+        self.toe_share += STRAIGHT_RATE * (f64::from(u8::from(is_toe)) - self.toe_share);
         if estimate.grid.presence < LEAST_PRESENCE {
             self.hairlines.clear();
             return false;
@@ -343,7 +376,7 @@ impl Seeker {
         estimate.presence == SeamPresence::Present
             && self.straight_share >= STRAIGHT_SHARE
             && has_relief
-            && !is_toe_of_hairline(line, estimate.seam.u_px, |u| self.hairline.stripe_v_px(u))
+            && self.toe_share < LARGEST_TOE_SHARE
             && range(means(&places)) > FIXED_HAIRLINE_PX
     }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::synth::families::plate_scenes;
 use crate::synth::{Scene, builtin};
 
 /// The frames of a scene, small enough to be quick, and where its seam is in the first.
@@ -64,4 +65,39 @@ fn a_place_is_remembered_while_there_is_no_stripe() {
     }
     assert!(told.asked_in_vain().is_none());
     assert_eq!(first_found(&mut told, &scene).unwrap().0, 0);
+}
+
+/// The gap of a scene.
+fn a_gap() -> Seed {
+    match first_found(&mut seeker(), &scene("A-butt", 10)).unwrap().1 {
+        Found::Joint { seed, .. } => *seed,
+        Found::Hairline { .. } | Found::Nothing { .. } => panic!("no joint was found"),
+    }
+}
+
+#[test]
+fn a_gap_that_looked_like_a_toe_in_more_than_a_few_of_the_last_frames_is_one() {
+    let gap = a_gap();
+    let is_toe = |frames: usize, away_px: f64| {
+        let mut seeker = seeker();
+        let mut toe = Seed { is_toe: true, ..gap.clone() };
+        toe.fit.centre.u_px += away_px;
+        for i in 0..RECENT_FRAMES {
+            seeker.remember(vec![], if i < frames { vec![toe.clone()] } else { vec![] });
+        }
+        seeker.is_toe(&gap)
+    };
+    assert!(is_toe(3, 0.0) && is_toe(RECENT_FRAMES, 5.0));
+    assert!(!is_toe(2, 0.0), "a spatter beside it");
+    assert!(!is_toe(RECENT_FRAMES, 40.0), "the toe is elsewhere");
+}
+
+#[test]
+fn at_the_toe_of_a_cap_no_hairline_is_found_however_often_one_frame_hides_the_cap() {
+    let plates = plate_scenes().unwrap();
+    let capped = plates.iter().find(|plate| plate.name() == "bead-cap-vgroove-severe").unwrap();
+    let scene = Scene::new(&capped.scenario().unwrap(), 201).unwrap();
+    let mut seeker = seeker();
+    let found = (0..30).map(|i| seeker.look(&scene.render(i)));
+    assert!(found.into_iter().all(|found| matches!(found, Found::Nothing { .. })));
 }
