@@ -47,7 +47,8 @@ use self::doubt::Doubter;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
-pub use self::part::{Part, Parts};
+pub use self::part::Part;
+use self::part::Parts;
 use self::places::Places;
 use self::rival::{Known, RIVAL_AFTER_BEATS, Seen};
 use self::seek::Found;
@@ -77,7 +78,7 @@ pub struct RobustSettings {
     /// PSR over its ceiling at which the template may learn.
     pub learn_psr_ratio: f64,
     /// The parts of the method; all of them but for an ablation.
-    pub parts: Parts,
+    pub(crate) parts: Parts,
 }
 
 impl Default for RobustSettings {
@@ -89,6 +90,15 @@ impl Default for RobustSettings {
             learn_psr_ratio: 0.4,
             parts: Parts::default(),
         }
+    }
+}
+
+#[cfg(feature = "ablation")]
+impl RobustSettings {
+    /// The method without a part of it, or whole.
+    #[must_use]
+    pub fn without(part: Option<Part>) -> Self {
+        Self { parts: Parts { without: part }, ..Self::default() }
     }
 }
 
