@@ -186,7 +186,8 @@ mod tests {
     #[test]
     fn every_grey_is_rounded_to_the_nearest_of_eight_bits() {
         for white in [1, 3, 255, 1000, 1023, 4095, 16_383, 65_534, u16::MAX] {
-            let nearest = |grey: u16| ((u32::from(grey) * 255 + u32::from(white) / 2) / u32::from(white)).min(255) as u8;
+            let nearest =
+                |grey: u16| ((u32::from(grey) * 255 + u32::from(white) / 2) / u32::from(white)).min(255) as u8;
             assert!((0..=u16::MAX).all(|grey| SixteenBitScale { white }.eight_bits(grey) == nearest(grey)), "{white}");
         }
     }

@@ -177,7 +177,7 @@ impl RobustTracker {
                 let why = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
                 return Ok(Estimate { evidence, ..self.unseen(why, beats) }.in_picture(&view));
             }
-            Found::Joint { seed, reason, doubt, before: fits } => {
+            Found::Joint { seed, reason, doubt, before: fits, .. } => {
                 let kind = seed.model.kind;
                 let (following, sighting) = Following::by_geometry(*seed, view, &self.sensor, self.settings.parts)?;
                 for (age, fit) in fits {

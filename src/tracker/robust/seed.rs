@@ -1,7 +1,7 @@
 //! The joint in one whole frame, without a prediction.
 
 use super::classify;
-use super::outline::{is_shoulder, is_toe, is_two_grooves};
+use super::outline::{is_shoulder, is_toe, is_two_grooves, shorter_leg_px};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
@@ -67,6 +67,8 @@ pub struct Seed {
     pub clear: bool,
     /// Beyond doubt: the user said so, or all of a groove is seen.
     pub certain: bool,
+    /// How far the shorter leg of a corner goes in the whole stripe; 0 of other joints \[px\].
+    pub leg_px: f64,
 }
 
 impl Seed {
@@ -95,6 +97,9 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         let found = corners(line).into_iter().filter_map(|place| corner(frame, Some(line), place, kind));
         // A groove's root bends as much as both its shoulders together.
         seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
+        for seed in seeds.iter_mut().filter(|seed| seed.model.kind == JointKind::Fillet) {
+            seed.leg_px = shorter_leg_px(line, seed);
+        }
     }
     if !kind.is_none_or(JointKind::has_edges) {
         return seeds;
@@ -251,7 +256,7 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
     let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
-    Some(Seed { clear, certain, model, fit })
+    Some(Seed { clear, certain, model, fit, leg_px: 0.0 })
 }
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.
