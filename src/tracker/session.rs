@@ -3,6 +3,7 @@
 use super::clock::{Clock, Tick};
 use super::estimate::{Estimate, JointDecision, KcfReading, Observation, SeamEstimate, Status};
 use super::lag::{Lag, Links};
+use super::orientation::Orientation;
 use super::path::Memory;
 use super::picture::Picture;
 use super::previous::Previous;
@@ -54,6 +55,8 @@ pub trait Follow: Send {
     fn outlasts(&self, beats: f64) -> bool;
     /// A picture that came before passes without being looked at.
     fn pass_over(&mut self);
+    /// The stripe runs the other way than was thought: what was seen in frames before means nothing.
+    fn forget_places(&mut self);
     /// What a smoother needs of this step, if a seam is followed and the method has one.
     fn links(&self) -> Option<Links>;
     /// The joint found last.
@@ -64,7 +67,7 @@ pub trait Follow: Send {
 /// not grow with the recording.
 pub struct Session {
     follow: Box<dyn Follow>,
-    axis: Option<StripeAxis>,
+    orientation: Orientation,
     seed_at: Option<PixelPoint>,
     roi: Option<PixelRect>,
     lag: Option<Lag>,
@@ -92,7 +95,7 @@ impl Session {
         };
         Ok(Self {
             follow,
-            axis: settings.axis,
+            orientation: Orientation::told(settings.axis),
             seed_at: settings.seed_at,
             roi: settings.roi,
             lag: settings.lag.map(Lag::new),
@@ -109,7 +112,7 @@ impl Session {
     /// How the stripe runs; none before a stripe was seen.
     #[must_use]
     pub const fn axis(&self) -> Option<StripeAxis> {
-        self.axis
+        self.orientation.axis()
     }
 
     /// The joint found last, if any. One that was lost is found again, and a recording may hold several.
@@ -211,10 +214,13 @@ impl Session {
             let roi = self.roi.unwrap_or(PixelRect::whole(picture));
             Picture::new(frame, axis, Some(roi)).ok_or(TrackerError::Roi { roi, picture })
         };
-        if self.axis.is_none() {
-            self.axis = find_axis(&picture(StripeAxis::Horizontal)?.whole());
+        if self.orientation.is_due(self.follow.joint().is_some()) {
+            let seen = find_axis(&picture(StripeAxis::Horizontal)?.whole());
+            if self.orientation.see(seen) {
+                self.follow.forget_places();
+            }
         }
-        let Some(axis) = self.axis else { return self.follow.miss(tick, Observation::NoStripe) };
+        let Some(axis) = self.orientation.axis() else { return self.follow.miss(tick, Observation::NoStripe) };
         let picture = picture(axis)?;
         if let Some(centre) = self.seed_at.take() {
             self.follow.seed_at(picture.field().field_from_picture(centre));

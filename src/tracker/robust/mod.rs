@@ -390,6 +390,13 @@ impl Follow for RobustTracker {
         self.frame_number += 1;
     }
 
+    fn forget_places(&mut self) {
+        self.darkroom = None;
+        if let Phase::Seeking(places) = &mut self.phase {
+            *places = Places::new(&self.settings, true);
+        }
+    }
+
     fn links(&self) -> Option<Links> {
         match &self.phase {
             Phase::Following(following) => Some(following.links()),
