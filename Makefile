@@ -79,6 +79,7 @@ fleet-test: python
 checks: setup
 	$(CARGO) fmt --check
 	$(CARGO) clippy --all-targets -- -D warnings
+	$(CARGO) clippy --example ablation --features ablation -- -D warnings
 	$(CARGO) clippy --lib --no-default-features -- -D warnings
 	RUSTDOCFLAGS="-D warnings" $(CARGO) doc --no-deps
 
@@ -100,7 +101,7 @@ regress: setup
 
 # What each part of the robust method is worth: it is taken away, and the table printed.
 ablation: setup
-	$(CARGO) run --release --example ablation -- --seeds $(ABLATION_SEEDS)
+	$(CARGO) run --release --features ablation --example ablation -- --seeds $(ABLATION_SEEDS)
 
 # Which joint is found by itself, and when, in every kind of scene.
 kinds: setup

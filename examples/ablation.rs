@@ -1,6 +1,6 @@
 //! Takes the parts of the robust method away one at a time and prints one table: `make ablation`.
 //!
-//! `cargo run --release --example ablation -- [--seeds 61-63] [SCENE]...`. The tracker finds the joint by itself.
+//! `cargo run --release --features ablation --example ablation -- [--seeds 61-63] [SCENE]...`. The tracker finds the joint by itself.
 
 use std::ops::RangeInclusive;
 
@@ -8,7 +8,7 @@ use anyhow::{Result, anyhow};
 use clap::Parser;
 use seamtrack::regress::{Lane, Score, follow_with, parse_seeds, run};
 use seamtrack::synth::{Scene, builtin};
-use seamtrack::tracker::{Method, Part, Parts, RobustSettings, SeamPath, TrackerError};
+use seamtrack::tracker::{Method, Part, RobustSettings, SeamPath, TrackerError};
 
 /// Take the parts of the robust method away one at a time and print one table
 #[derive(Parser)]
@@ -47,17 +47,17 @@ fn main() -> Result<()> {
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     for without in std::iter::once(None).chain(Part::ALL.map(Some)) {
-        let parts = Parts { without };
-        let scores = run(&scenes, &seeds, |scene| lanes(scene, parts)).map_err(|error| anyhow!(error))?;
+        let scores = run(&scenes, &seeds, |scene| lanes(scene, without)).map_err(|error| anyhow!(error))?;
         println!("{}", line(without.map_or("(nothing)", Part::name), &scores));
     }
     Ok(())
 }
 
 /// The tracker without a part.
-fn lanes(scene: &Scene, parts: Parts) -> Result<Vec<Lane>, TrackerError> {
-    let method = Method::Robust(RobustSettings { parts, ..RobustSettings::default() });
-    let path = if parts.has(Part::SmootherFit) { SeamPath::default() } else { SeamPath::default().without_fit() };
+fn lanes(scene: &Scene, without: Option<Part>) -> Result<Vec<Lane>, TrackerError> {
+    let method = Method::Robust(RobustSettings::without(without));
+    let whole = SeamPath::default();
+    let path = if without == Some(Part::SmootherFit) { whole.without_fit() } else { whole };
     Ok(follow_with(scene, &method, path)?.0)
 }
 

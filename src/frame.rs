@@ -68,6 +68,12 @@ impl GrayFrame {
         &mut self.pixels
     }
 
+    /// The pixels' memory, to be used again.
+    #[must_use]
+    pub fn into_pixels(self) -> Vec<u8> {
+        self.pixels
+    }
+
     /// One row.
     ///
     /// # Panics

@@ -30,9 +30,25 @@
 //! # }
 //! ```
 //!
-//! What a user of the library needs stands here at the root. The modules below are the house
-//! ([ARCHITECTURE.md](https://docs.rs/crate/seamtrack/latest/source/ARCHITECTURE.md) says which may use which). Without the
-//! feature `cli` the crate is the core alone, and needs no OpenCV.
+//! A whole recording, as the program goes through it:
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use seamtrack::{Config, Origin, open, track};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let config = Config::default();
+//! let mut recording = open(Path::new("rec/frames"), 0.2)?;
+//! let outcome = track(&mut *recording, (&config, &config.sensor()), Origin::First, |_| ())?;
+//! println!("{} frames, {} with a value", outcome.counts.total, outcome.counts.tracked);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! What a user of the library needs stands here at the root; the modules below are where it comes from, and the parts it is made of.
+//! These are what a version promises. What the program alone is made of (pages, results, robots, campaigns) is hidden from this
+//! documentation and may change with each version. Without the feature `cli` the crate is the core alone, and needs no OpenCV.
 
 pub mod calib;
 pub mod config;
@@ -42,13 +58,18 @@ pub mod imgproc;
 pub mod kalman;
 pub mod kcf;
 mod lanes;
+#[doc(hidden)]
 pub mod live;
 #[cfg(feature = "opencv")]
 pub mod meltpool;
+#[doc(hidden)]
 pub mod output;
+#[doc(hidden)]
 pub mod regress;
+#[doc(hidden)]
 pub mod report;
 #[cfg(feature = "opencv")]
+#[doc(hidden)]
 pub mod reproduce;
 pub mod run;
 pub mod source;
@@ -56,10 +77,12 @@ pub mod synth;
 pub mod tracker;
 pub mod units;
 
-pub use calib::{Origin, PlanePoint, Sensor};
+pub use calib::{KnownSensor, Origin, PlanePoint, Sensor};
 pub use config::Config;
 pub use frame::GrayFrame;
 pub use imgproc::geometry::JointKind;
+pub use run::{RunError, RunOutcome, track};
+pub use source::{FrameSource, Period, SourceError, SourceFrame, open};
 pub use tracker::{
     CrossSection, Estimate, Evidence, JointDecision, KcfReading, Method, Observation, PaperSettings, RobustSettings,
     SeamEstimate, SeamPath, Session, SessionSettings, Side, Status, TrackerError,

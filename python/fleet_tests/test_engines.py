@@ -11,41 +11,18 @@ import threading
 import time
 from pathlib import Path
 
-import pyarrow.parquet as pq
 import pytest
 
+from conftest import SHARD_SIZE, beside_ms, same_frames
 from seamtrack import fleet
 from seamtrack.fleet.plans import shards_done
 
-SHARD_SIZE = 16
 KILLS = 10
 
 
 def command(manifest: Path, out: Path, *more: object) -> list[str]:
     arguments = ["run", manifest, "-o", out, "--shard-size", SHARD_SIZE, "--mm-per-px", 0.073, "--quiet", *more]
     return [sys.executable, "-m", "seamtrack.fleet", *map(str, arguments)]
-
-
-def beside_ms(out: Path, seconds: float, processors: int) -> float:
-    """Time of the processors beside the tracking, a recording [ms]."""
-    work = pq.read_table(out / "recordings", columns=["seconds"])["seconds"].to_pylist()
-    return 1e3 * (processors * seconds - sum(work)) / len(work)
-
-
-@pytest.fixture(scope="module")
-def undisturbed(manifest: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    out = tmp_path_factory.mktemp("local") / "out"
-    began = time.perf_counter()
-    report = fleet.run(manifest, out, shard_size=SHARD_SIZE, jobs=2, mm_per_px=0.073)
-    seconds = time.perf_counter() - began
-    print(f"\nlocal, 2 threads: {seconds:.1f} s, {beside_ms(out, seconds, 2):.2f} ms a recording beside the tracking\n{report}")
-    assert report.is_complete
-    return out
-
-
-def same_frames(out: Path, undisturbed: Path) -> bool:
-    files = sorted(file.name for file in (undisturbed / "frames").iterdir())
-    return all((out / "frames" / name).read_bytes() == (undisturbed / "frames" / name).read_bytes() for name in files)
 
 
 def test_a_process_killed_ten_times_leaves_each_recording_once(manifest, undisturbed, tmp_path):
@@ -82,7 +59,8 @@ def test_ray_loses_a_node_and_no_recording(manifest, undisturbed, tmp_path):
     killed = threading.Event()
 
     def kill() -> None:
-        while len(shards_done(out)) * SHARD_SIZE < fleet.read_plan(out).recordings // 3 if out.exists() else True:
+        recordings = len(manifest.read_text().splitlines()) - 1
+        while not out.exists() or len(shards_done(out)) * SHARD_SIZE < recordings // 3:
             time.sleep(0.05)
         cluster.remove_node(lost, allow_graceful=False)
         killed.set()

@@ -70,6 +70,12 @@ class Sensor:
 
         Raises OSError when the file cannot be read, ValueError when it is no calibration.
         """
+    def cropped(self, at: tuple[int, int], size: tuple[int, int]) -> Sensor:
+        """The sensor of pictures that were cut out of the calibrated ones.
+
+        at: their first column and row in the calibrated picture; size: their columns and rows [px]. Raises ValueError when they
+        reach beyond the calibrated picture.
+        """
     @property
     def kind(self) -> Literal["pixels", "scale", "plane"]:
         """What is known."""

@@ -106,10 +106,8 @@ fn tracked(asked: &Asked<'_>, config: &config::Config, known: &KnownSensor) -> P
     .map_err(|error| asked.named(&error))?;
     let first_frame = asked.frames.map_or(0, |range| range.first);
     let errors = match (&truth, &outcome.ruler) {
-        (Some(truth), Some(ruler)) => {
-            let no_frame = || PyValueError::new_err("the truth has no frame of this recording");
-            Some(error_table(&outcome.rows, (truth, first_frame), ruler).ok_or_else(no_frame)?)
-        }
+        (Some(truth), Some(ruler)) => error_table(&outcome.rows, (truth, first_frame), ruler)
+            .map_err(|error| PyValueError::new_err(error.to_string()))?,
         _ => None,
     };
     let in_plane = truth.as_ref().and_then(|truth| plane_errors(&outcome.rows, (truth, first_frame)));

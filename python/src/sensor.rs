@@ -58,6 +58,14 @@ impl Sensor {
         Ok(Self { known: KnownSensor::read(&path).map_err(|error| raised(&error))? })
     }
 
+    /// The sensor of pictures that were cut out of the calibrated ones.
+    ///
+    /// at: their first column and row in the calibrated picture; size: their columns and rows [px]. Raises ValueError when they
+    /// reach beyond the calibrated picture.
+    fn cropped(&self, at: (usize, usize), size: (usize, usize)) -> PyResult<Self> {
+        Ok(Self { known: self.known.cropped(at, size).map_err(|error| raised(&error))? })
+    }
+
     /// "pixels", "scale" or "plane".
     #[getter]
     fn kind(&self) -> &'static str {

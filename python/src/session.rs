@@ -156,6 +156,8 @@ pub struct Session {
     sensor: Sensor,
     /// A class must be Sync, and a session is Send only.
     state: Mutex<State>,
+    /// The memory of the frame before, for the next one.
+    pixels: Mutex<Vec<u8>>,
 }
 
 struct State {
@@ -183,7 +185,7 @@ impl Session {
         let settings = session_settings(&config.inner, &sensor.known).map_err(|error| raised(&error))?;
         let session = seamtrack::Session::new(&settings).map_err(|error| raised(&error))?;
         let (scale, is_given) = (white.map(|white| SixteenBitScale { white }), white.is_some());
-        Ok(Self { config, sensor, state: Mutex::new(State { session, scale, is_given }) })
+        Ok(Self { config, sensor, state: Mutex::new(State { session, scale, is_given }), pixels: Mutex::default() })
     }
 
     /// Takes the next frame, shape (rows, columns), recorded at time_s [s]; strided arrays and views are fine.
@@ -195,8 +197,12 @@ impl Session {
         if let Ok(array) = frame.extract::<PyReadonlyArray2<'_, u8>>() {
             let view = array.as_array();
             let (rows, columns) = view.dim();
-            let pixels = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[u8]>::to_vec);
-            return py.detach(|| self.step_on(&gray(columns, rows, pixels)?, time_s));
+            let mut pixels = self.emptied();
+            match view.as_slice() {
+                Some(all) => pixels.extend_from_slice(all),
+                None => pixels.extend(view.iter()),
+            }
+            return py.detach(|| self.step_on(gray(columns, rows, pixels)?, time_s));
         }
         if let Ok(array) = frame.extract::<PyReadonlyArray2<'_, u16>>() {
             let view = array.as_array();
@@ -204,8 +210,9 @@ impl Session {
             let greys: Vec<u16> = view.as_slice().map_or_else(|| view.iter().copied().collect(), <[u16]>::to_vec);
             return py.detach(|| {
                 let scale = self.scale_of(&greys);
-                let pixels = greys.into_iter().map(|grey| scale.eight_bits(grey)).collect();
-                self.step_on(&gray(columns, rows, pixels)?, time_s)
+                let mut pixels = self.emptied();
+                pixels.extend(greys.iter().map(|&grey| scale.eight_bits(grey)));
+                self.step_on(gray(columns, rows, pixels)?, time_s)
             });
         }
         let got = match frame.cast::<PyUntypedArray>() {
@@ -278,11 +285,19 @@ impl Session {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn step_on(&self, frame: &GrayFrame, time_s: f64) -> PyResult<Estimate> {
+    /// Memory for a frame.
+    fn emptied(&self) -> Vec<u8> {
+        let mut pixels = std::mem::take(&mut *self.pixels.lock().unwrap_or_else(PoisonError::into_inner));
+        pixels.clear();
+        pixels
+    }
+
+    fn step_on(&self, frame: GrayFrame, time_s: f64) -> PyResult<Estimate> {
         let size_px = (frame.width_px(), frame.height_px());
         expect_calibrated_size(&self.sensor.known, size_px).map_err(|error| raised(&error))?;
         let mut state = self.state();
-        let estimate = state.session.step(frame, time_s).map_err(|error| raised(&error))?;
+        let estimate = state.session.step(&frame, time_s).map_err(|error| raised(&error))?;
+        *self.pixels.lock().unwrap_or_else(PoisonError::into_inner) = frame.into_pixels();
         Ok(self.told(&estimate, state.session.axis()))
     }
 
@@ -290,7 +305,7 @@ impl Session {
     fn scale_of(&self, greys: &[u16]) -> SixteenBitScale {
         let mut state = self.state();
         if !state.is_given {
-            let own = SixteenBitScale::from_greys(&mut greys.to_vec());
+            let own = SixteenBitScale::from_greys(greys);
             state.scale = state.scale.into_iter().chain(own).max_by_key(|scale| scale.white);
         }
         state.scale.unwrap_or(SixteenBitScale { white: u16::MAX })

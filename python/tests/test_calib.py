@@ -29,6 +29,14 @@ def test_a_calibrated_plane_gives_millimetres_with_their_jacobians(plane):
     assert covariance.shape == (3, 2, 2)
 
 
+def test_pictures_that_were_cut_out_show_the_same_points(plane):
+    uv = np.array([[400.0, 300.0], [500.0, 320.0]])
+    cut = plane.cropped((120, 40), (500, 400))
+    np.testing.assert_allclose(cut.to_plane(uv - [120, 40])[0], plane.to_plane(uv)[0], atol=1e-9)
+    with pytest.raises(ValueError):
+        plane.cropped((120, 40), (50_000, 400))
+
+
 def test_one_scale_knows_how_the_stripe_runs():
     points, jacobians = Sensor(0.5).to_plane([[10, 20]])
     assert points.tolist() == [[5.0, 10.0]] and jacobians.tolist() == [[[0.5, 0.0], [0.0, 0.5]]]

@@ -49,7 +49,7 @@ impl Eval {
         let axis = ruler.axis;
         let summary = read_summary(&self.path().with_file_name("summary.json"));
         let first_frame = summary.map_or(0, |summary| summary.input.first_frame());
-        let Some(table) = error_table(&rows, (&truth, first_frame), &ruler) else {
+        let Ok(Some(table)) = error_table(&rows, (&truth, first_frame), &ruler) else {
             bail!(
                 "{} gives no position along the {axis} stripe for any frame of {}; check --stripe",
                 self.truth.display(),

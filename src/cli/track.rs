@@ -304,7 +304,9 @@ impl Track {
             (Some((file, truth)), Some(ruler)) => {
                 let table = error_table(&outcome.rows, (&truth.rows, first_frame), ruler);
                 truth.tell_if_short(file, first_frame, outcome.rows.len());
-                Some(table.with_context(|| format!("{} has no frame of this recording", file.display()))?)
+                let table = table.with_context(|| file.display().to_string())?;
+                truth.tell_if_seamless(file, &table, &outcome.rows);
+                table
             }
             _ => None,
         };

@@ -6,6 +6,8 @@ use anyhow::bail;
 use seamtrack::eval::{TruthFileError, TruthRow, parse_truth};
 use seamtrack::report::atomic::write_atomically;
 use seamtrack::report::pool::{PoolErrors, parse_true_values};
+use seamtrack::report::results::PathRow;
+use seamtrack::report::summary::ErrorTable;
 use seamtrack::run::meltpool::{PoolOutcome, PoolSettings};
 use seamtrack::units::MmPerPx;
 
@@ -48,6 +50,16 @@ impl Truth {
         if (1..frames).contains(&known) {
             let file = file.display();
             tell(&format!("{file} has lines for {known} of the {frames} frames: the errors are those of these frames"));
+        }
+    }
+
+    /// Says when the recording shows no seam, and what is to be thought of values then.
+    pub fn tell_if_seamless(&self, file: &Path, errors: &Option<ErrorTable>, rows: &[PathRow]) {
+        if errors.is_none() {
+            let (file, values) = (file.display(), rows.iter().filter(|row| row.u_px.is_some()).count());
+            tell(&format!(
+                "{file} has no seam in any frame: there are no errors, and {values} values of what is no seam"
+            ));
         }
     }
 }

@@ -102,7 +102,10 @@ impl Tracking {
     }
 
     fn lay_ruler(&mut self, picture: &Picture) {
-        let (None, Some(axis)) = (&self.ruler, self.session.axis()) else { return };
+        let Some(axis) = self.session.axis() else { return };
+        if self.ruler.as_ref().is_some_and(|ruler| ruler.axis == axis) {
+            return;
+        }
         let (width, height) = (picture.frame.width_px() as f64, picture.frame.height_px() as f64);
         let middle = PixelPoint::new((width - 1.0) / 2.0, (height - 1.0) / 2.0);
         let origin = self.torch.unwrap_or(middle);

@@ -12,7 +12,7 @@ mod summarise;
 use std::time::Instant;
 
 pub use rows::{marks, row};
-pub use score::{error_table, plane_errors};
+pub use score::{NoCommonFrame, error_table, plane_errors};
 pub use settings::{expect_calibrated_size, session_settings};
 pub use summarise::summarise;
 
@@ -285,9 +285,10 @@ impl<'a> Run<'a> {
 
     /// Sets the origin once it is known.
     fn lay_ruler(&mut self, estimate: Option<&Estimate>) {
-        let (None, Some(axis), Some(size_px)) = (&self.ruler, self.session.axis(), self.sizes.size_px()) else {
+        let (Some(axis), Some(size_px)) = (self.session.axis(), self.sizes.size_px()) else { return };
+        if self.ruler.as_ref().is_some_and(|ruler| ruler.axis == axis) {
             return;
-        };
+        }
         let middle = PixelPoint::new((size_px.0 as f64 - 1.0) / 2.0, (size_px.1 as f64 - 1.0) / 2.0);
         let origin = match self.origin {
             Origin::First => estimate.and_then(|e| e.seam).map(|seam| seam.centre),

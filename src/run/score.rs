@@ -14,9 +14,20 @@ fn in_run<'a>((truth, first_frame): Truth<'a>) -> impl Iterator<Item = (usize, &
     truth.iter().filter_map(move |row| Some((row.frame.checked_sub(first_frame)?, row)))
 }
 
-/// The errors of KCF, filter and smoother along the stripe, in the ruler's unit; none when no frame of the run has a truth.
-#[must_use]
-pub fn error_table(rows: &[PathRow], truth: Truth<'_>, ruler: &Ruler) -> Option<ErrorTable> {
+/// A truth has no line for any frame of the run: it is that of another recording.
+#[derive(Debug, thiserror::Error)]
+#[error("the truth has no frame of this recording")]
+pub struct NoCommonFrame;
+
+/// The errors of KCF, filter and smoother along the stripe, in the ruler's unit; none when the truth has no seam in any frame of
+/// the run.
+///
+/// # Errors
+/// When the truth has no line for any of its frames.
+pub fn error_table(rows: &[PathRow], truth: Truth<'_>, ruler: &Ruler) -> Result<Option<ErrorTable>, NoCommonFrame> {
+    if !in_run(truth).any(|(frame, _)| frame < rows.len()) {
+        return Err(NoCommonFrame);
+    }
     let mut truth_px = vec![None; rows.len()];
     for (frame, row) in in_run(truth) {
         // A truth may be longer than the path, when only a part was tracked.
@@ -24,7 +35,7 @@ pub fn error_table(rows: &[PathRow], truth: Truth<'_>, ruler: &Ruler) -> Option<
             *place = row.along_px(ruler.axis);
         }
     }
-    errors_against(rows, &truth_px, ruler)
+    Ok(errors_against(rows, &truth_px, ruler))
 }
 
 /// Errors of the filtered path in the plane of a calibrated laser; none where the path or the truth has no place in it.

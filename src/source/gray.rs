@@ -57,8 +57,10 @@ impl SixteenBitScale {
     /// The 8-bit grey of a 16-bit one; a white of 0 is one of 1.
     #[must_use]
     pub fn eight_bits(self, grey: u16) -> u8 {
-        let white = u32::from(self.white.max(1));
-        ((u32::from(grey) * 255 + white / 2) / white).min(255) as u8
+        let white = u64::from(self.white.max(1));
+        // Divided by multiplying, as that goes side by side: exact for numerators below 2^24 and divisors below 2^16.
+        let reciprocal = (1 << 40) / white + 1;
+        (((u64::from(grey) * 255 + white / 2) * reciprocal) >> 40).min(255) as u8
     }
 
     /// The scale of a recording: the bit depth (8, 10, 12, 14 or 16) into which 99.9 % of the pixels of each frame of a
@@ -67,20 +69,17 @@ impl SixteenBitScale {
     pub fn of_frames(sample: impl IntoIterator<Item = Decoded>) -> Option<Self> {
         let scales = sample.into_iter().filter_map(|frame| match frame {
             Decoded::Gray8(_) => None,
-            Decoded::Gray16 { mut pixels, .. } => Self::from_greys(&mut pixels),
+            Decoded::Gray16 { pixels, .. } => Self::from_greys(&pixels),
         });
         scales.max_by_key(|scale| scale.white)
     }
 
     /// The depth into which 99.9 % of these pixels fit; none without any.
-    pub fn from_greys(greys: &mut [u16]) -> Option<Self> {
-        if greys.is_empty() {
-            return None;
-        }
-        let rank = (greys.len() - 1) * 999 / 1000;
-        let (_, &mut robust_maximum, _) = greys.select_nth_unstable(rank);
-        let depth = [8, 10, 12, 14].into_iter().find(|&bits| u32::from(robust_maximum) < 1 << bits);
-        Some(Self { white: depth.map_or(u16::MAX, |bits| (1 << bits) - 1) })
+    pub fn from_greys(greys: &[u16]) -> Option<Self> {
+        let rank = greys.len().checked_sub(1)? * 999 / 1000;
+        let fit = |white: u16| greys.iter().filter(|&&grey| grey <= white).count() > rank;
+        let white = [8, 10, 12, 14].into_iter().map(|bits| (1 << bits) - 1).find(|&white| fit(white));
+        Some(Self { white: white.unwrap_or(u16::MAX) })
     }
 }
 
@@ -182,6 +181,15 @@ mod tests {
         assert_eq!(scale, Some(SixteenBitScale { white: 4095 }));
         let gray = sixteen(pixels).into_gray(scale).unwrap();
         assert_eq!((gray.pixels()[0], gray.pixels()[1], gray.pixels()[2]), (249, 255, 6));
+    }
+
+    #[test]
+    fn every_grey_is_rounded_to_the_nearest_of_eight_bits() {
+        for white in [1, 3, 255, 1000, 1023, 4095, 16_383, 65_534, u16::MAX] {
+            let nearest =
+                |grey: u16| ((u32::from(grey) * 255 + u32::from(white) / 2) / u32::from(white)).min(255) as u8;
+            assert!((0..=u16::MAX).all(|grey| SixteenBitScale { white }.eight_bits(grey) == nearest(grey)), "{white}");
+        }
     }
 
     #[test]

@@ -274,7 +274,7 @@ fn scale_of(kind: NumberKind, sample: Vec<Vec<f64>>) -> IntensityScale {
         NumberKind::U8 => IntensityScale::EIGHT_BITS,
         NumberKind::U16 => {
             let greys = |frame: Vec<f64>| frame.into_iter().map(|value| value as u16).collect::<Vec<_>>();
-            let scales = sample.into_iter().filter_map(|frame| SixteenBitScale::from_greys(&mut greys(frame)));
+            let scales = sample.into_iter().filter_map(|frame| SixteenBitScale::from_greys(&greys(frame)));
             let scale = scales.max_by_key(|scale| scale.white).unwrap_or(SixteenBitScale { white: u16::MAX });
             IntensityScale::of_sixteen_bits(scale)
         }

@@ -16,7 +16,7 @@ macro_rules! families {
 }
 
 /// All families, in the order of the tables.
-const FAMILIES: [(&str, &str); 43] = families![
+const FAMILIES: [(&str, &str); 45] = families![
     "plain",
     "marks-dark",
     "marks-bright",
@@ -46,6 +46,8 @@ const FAMILIES: [(&str, &str); 43] = families![
     "mirror-parallel",
     "other-stripe",
     "two-seams",
+    "plate-end",
+    "standing-edge",
     "vibration",
     "exposure",
     "dirt",

@@ -5,7 +5,7 @@ use super::bead::Beads;
 use super::draw::Drawn;
 use super::noise::{Component, SmoothNoise};
 use super::preparation::Prepared;
-use super::scenario::{Butt, Fillet, Hairline, Joint, Lap, Tack, Vgroove};
+use super::scenario::{Butt, Fillet, Hairline, Joint, Lap, PlateEnd, Tack, Vgroove};
 use super::timeline::Moment;
 
 /// One continuous line of light, a value for each column.
@@ -93,6 +93,9 @@ pub(super) fn branches(
             second.beside_px.signum(),
             second_below_px(&joint.joint, fraction, second.beside_px),
         );
+    }
+    for end in &drawn.scenario.rivals.plate_ends {
+        branches = frame.ended(branches, end);
     }
     if let Some(stripe) = &drawn.scenario.false_stripe {
         let copies: Vec<Branch> = branches
@@ -182,6 +185,30 @@ impl Frame<'_> {
         if let (Some((depth_px, reflectance)), Joint::Vgroove(groove)) = (joint.floor, &*joint.joint) {
             branches.push(self.floor(0.5 * groove.root_gap_px.at(self.fraction), depth_px, reflectance));
         }
+        branches
+    }
+
+    /// The branches up to where a plate ends, and what the laser meets beyond.
+    fn ended(&self, mut branches: Vec<Branch>, end: &PlateEnd) -> Vec<Branch> {
+        let (end_px, sign) = (self.u + end.beside_px, end.beside_px.signum());
+        let column = (end_px.max(0.0) as usize).min(self.base.columns - 1);
+        let plate = branches.iter().filter(|branch| branch.on_plates && branch.gain[column] > 0.0);
+        let plate_px = plate.max_by(|a, b| a.gain[column].total_cmp(&b.gain[column])).map(|b| b.row_px[column]);
+        for branch in &mut branches {
+            for (x, gain) in branch.gain.iter_mut().enumerate() {
+                *gain *= beyond(sign * (end_px - x as f64)) as f32;
+            }
+        }
+        let level_px = plate_px.map_or(self.base.at(end_px), f64::from) - self.base.at(column as f64);
+        let beyond_it = self.branch(|x| {
+            let outwards_px = sign * (x - end_px);
+            (
+                self.base.at(x) + level_px + end.below_px + end.slope * outwards_px,
+                end.brightness * beyond(outwards_px),
+                1.0,
+            )
+        });
+        branches.push(Branch { on_plates: false, ..beyond_it });
         branches
     }
 

@@ -45,8 +45,10 @@ pub use paper::PaperSettings;
 use paper::PaperTracker;
 pub use path::SeamPath;
 pub use profile::{Profile, SeenLine};
+#[cfg(feature = "ablation")]
+pub use robust::Part;
 use robust::RobustTracker;
-pub use robust::{Part, Parts, REFUSE_NIS, RobustSettings};
+pub use robust::{REFUSE_NIS, RobustSettings};
 pub use session::{FROZEN_AFTER_BEATS, Session, SessionSettings};
 
 use crate::imgproc::SeamRoi;

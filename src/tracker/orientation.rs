@@ -13,6 +13,56 @@ const LARGEST_STEP_PX: f32 = 2.0;
 /// By how much one direction must win.
 const LEAST_DOMINANCE: f64 = 1.5;
 
+/// While no joint is found the direction is looked for again after so many frames, and another one counts when it was seen so often
+/// in a row. Chosen: the first frames may show the arc or a lamp only, and a single one a spatter's track.
+const LOOK_AGAIN_FRAMES: u32 = 4;
+const LOOKS_TO_TURN: u32 = 3;
+
+/// The direction of the stripe: told, or found and doubted until a joint is found along it.
+#[derive(Debug)]
+pub struct Orientation {
+    axis: Option<StripeAxis>,
+    is_told: bool,
+    frames: u32,
+    others: u32,
+}
+
+impl Orientation {
+    /// What the user told, if anything.
+    pub const fn told(axis: Option<StripeAxis>) -> Self {
+        Self { axis, is_told: axis.is_some(), frames: 0, others: 0 }
+    }
+
+    /// The direction, where it is known.
+    pub const fn axis(&self) -> Option<StripeAxis> {
+        self.axis
+    }
+
+    /// Whether it is to be looked for in the next frame.
+    pub const fn is_due(&mut self, has_joint: bool) -> bool {
+        if self.axis.is_none() {
+            return true;
+        }
+        if self.is_told || has_joint {
+            return false;
+        }
+        self.frames += 1;
+        self.frames.is_multiple_of(LOOK_AGAIN_FRAMES)
+    }
+
+    /// What a frame shows; true when it turns what was known.
+    pub fn see(&mut self, seen: Option<StripeAxis>) -> bool {
+        let turns = self.axis.is_some() && seen.is_some() && seen != self.axis;
+        self.others = if turns { self.others + 1 } else { 0 };
+        if self.axis.is_none() || self.others == LOOKS_TO_TURN {
+            self.axis = seen;
+            self.others = 0;
+            return turns;
+        }
+        false
+    }
+}
+
 /// The direction in which the frame shows a smooth stripe; none when it shows none or both alike.
 #[must_use]
 pub fn find_axis(frame: &GrayFrame) -> Option<StripeAxis> {
@@ -47,6 +97,22 @@ fn smooth_columns(frame: &GrayFrame) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_direction_is_turned_when_frame_after_frame_shows_the_other_one_and_no_joint_was_found() {
+        let (along, across) = (Some(StripeAxis::Horizontal), Some(StripeAxis::Vertical));
+        let mut orientation = Orientation::told(None);
+        assert!(orientation.is_due(false) && !orientation.see(None) && orientation.is_due(false));
+        assert!(!orientation.see(along) && orientation.axis() == along);
+        let due = (0..12).filter(|_| orientation.is_due(false)).count();
+        assert_eq!(due, 3);
+        assert!((0..20).all(|_| !orientation.is_due(true)), "along it there is a joint");
+        assert!(!orientation.see(across) && !orientation.see(across) && !orientation.see(along));
+        assert!(!orientation.see(across) && !orientation.see(across) && orientation.axis() == along);
+        assert!(orientation.see(across) && orientation.axis() == across);
+        let mut told = Orientation::told(along);
+        assert!((0..20).all(|_| !told.is_due(false)));
+    }
 
     #[test]
     fn the_direction_of_a_drawn_stripe_is_found_and_nothing_is_found_in_the_dark() {

@@ -208,6 +208,8 @@ impl Follow for PaperTracker {
         self.frame_number += 1;
     }
 
+    fn forget_places(&mut self) {}
+
     fn links(&self) -> Option<Links> {
         None
     }

@@ -99,7 +99,8 @@ impl Default for SeamPath {
 }
 
 impl SeamPath {
-    /// Without the search for the likeliest process noise: an ablation.
+    /// Without the search for the likeliest process noise.
+    #[cfg(feature = "ablation")]
     #[must_use]
     pub fn without_fit(self) -> Self {
         Self { fits_process_noise: false, ..self }

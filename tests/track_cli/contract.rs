@@ -215,3 +215,23 @@ fn locale_time_zone_working_directory_and_threads_change_no_byte() {
         assert!(first == run(name, threads, locale, zone, from), "{name}");
     }
 }
+
+#[test]
+fn a_truth_without_a_seam_in_any_frame_gives_no_errors_and_says_what_the_values_are() {
+    let folder = tempfile::tempdir().unwrap();
+    let truth = folder.path().join("truth.csv");
+    let lines: String = (0..58).map(|frame| format!("{frame},,\n")).collect();
+    fs::write(&truth, format!("frame,u_px,v_px\n{lines}")).unwrap();
+    let output = folder.path().join("run");
+    let told = line_with(&["truth.csv", "no seam in any frame", "values of what is no seam"]);
+    track(&demo(), &output).arg("--truth").arg(&truth).assert().code(3).stderr(told);
+    assert!(summary(&output).get("errors").is_none_or(Value::is_null));
+    fs::write(&truth, "frame,u_px,v_px\n900,1,1\n").unwrap();
+    let other = folder.path().join("other");
+    track(&demo(), &other)
+        .arg("--truth")
+        .arg(&truth)
+        .assert()
+        .code(1)
+        .stderr(line_with(&["truth.csv", "no frame of this recording"]));
+}

@@ -17,7 +17,7 @@ pub use joint::{Butt, Change, Edges, Extent, Fillet, Hairline, Joint, Lap, Tack,
 pub use light::{Arc, Covers, Disturbances, FalseStripe, Severity, Side, Smoke, Spatter};
 pub use path::{PathTerm, Ramp};
 pub use plates::{Bead, Finish, MarkForm, Marks, Plates, Shape};
-pub use rivals::{OtherStripe, Reflection, Rivals, SeamSide, SecondSeam};
+pub use rivals::{OtherStripe, PlateEnd, Reflection, Rivals, SeamSide, SecondSeam};
 pub use view::{Cable, DeadPixels, Dirt, LineGap, Shadow, View};
 
 use super::projection::lengths_in_px;

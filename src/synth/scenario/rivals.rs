@@ -15,6 +15,9 @@ pub struct Rivals {
     /// A second joint of the same kind, parallel to the first.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub second_seam: Option<SecondSeam>,
+    /// Where the plates end.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plate_ends: Vec<PlateEnd>,
 }
 
 /// A side of the seam.
@@ -96,6 +99,26 @@ pub struct SecondSeam {
     pub beside_px: f64,
 }
 
+/// Where a plate of the joint ends: beyond it the laser meets a table, a clamp, or the top of a plate that stands.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct PlateEnd {
+    /// Its place from the seam, with which it moves \[px\], 20 to 2000 in size, right positive. Default 180, chosen.
+    pub beside_px: f64,
+    /// How far below the plate's end the light goes on \[px\], −500 to 500. Default 40, chosen.
+    pub below_px: f64,
+    /// How steeply it goes down outwards from there \[px/px\], −3 to 3. Default 0: as level as the plates.
+    pub slope: f64,
+    /// Brightness relative to the stripe, 0 to 10. Default 0.6, chosen.
+    pub brightness: f64,
+}
+
+impl Default for PlateEnd {
+    fn default() -> Self {
+        Self { beside_px: 180.0, below_px: 40.0, slope: 0.0, brightness: 0.6 }
+    }
+}
+
 impl Rivals {
     /// What is wrong with the rivals, if anything.
     pub(super) fn problem(&self) -> Option<&'static str> {
@@ -123,6 +146,16 @@ impl Rivals {
         }) {
             return Some(
                 "rivals.stripes: below_px lies in ±2000, tilt in ±1, extent is [begin, end] in 0..1, brightness lies in 0..10, width in 0.3..6",
+            );
+        }
+        if !self.plate_ends.iter().all(|end| {
+            within(end.beside_px.abs(), 20.0, 2000.0)
+                && within(end.below_px, -500.0, 500.0)
+                && within(end.slope, -3.0, 3.0)
+                && within(end.brightness, 0.0, 10.0)
+        }) {
+            return Some(
+                "rivals.plate_ends: beside_px lies in 20..2000 in size, below_px in ±500, slope in ±3, brightness in 0..10",
             );
         }
         self.second_seam

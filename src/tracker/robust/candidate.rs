@@ -21,6 +21,10 @@ pub const STEP_DOUBT: &str = "one of the two stripes goes on past the step: it m
 pub const TWIN_DOUBT: &str =
     "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
 
+/// What a joint may be beside one of another sort.
+pub const OTHER_DOUBT: &str =
+    "another edge or corner shows beside it, which may be the one that is meant (--seed-at and --roi choose)";
+
 /// What a leg beside a second line may be.
 pub const SECOND_LINE_DOUBT: &str =
     "a second line, about as bright, runs beside one of its legs: one of the two may be a reflection";
@@ -45,10 +49,24 @@ pub enum Shows {
     Dark,
     /// A dip in an unbroken stripe.
     Dip,
-    /// A joint with relief.
+    /// A step between two plates: a lap joint, or the end of any plate, a clamp, a ledge.
+    Step,
+    /// A joint with relief on both sides of which a plate goes on.
     Relief,
     /// A groove with both its shoulders, or what the user asked for.
     Whole,
+}
+
+impl Shows {
+    /// The order, in which a step is worth as much as any relief: which of them is meant, the place tells.
+    pub fn rank(self) -> Self {
+        if self == Self::Step { Self::Relief } else { self }
+    }
+
+    /// Whether it is relief, or more.
+    pub fn is_more_than_step(self) -> bool {
+        self > Self::Step
+    }
 }
 
 impl Candidate {
@@ -67,6 +85,7 @@ impl Candidate {
         }
         let shows = match look(frame, &seed.fit, seed.model.stripe_sd_px) {
             GapShows::Plate | GapShows::Bump | GapShows::Groove | GapShows::Flank => return None,
+            GapShows::Relief if seed.model.kind == JointKind::Lap => Shows::Step,
             GapShows::Relief => Shows::Relief,
             GapShows::Dip => Shows::Dip,
             // Of a low step all must speak for one: where a stripe and a reflection part there are many.

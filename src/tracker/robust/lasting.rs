@@ -20,8 +20,8 @@ const RIVAL_SHARE: f64 = 0.5;
 
 /// Two edges that stay where they are this much better than plates that shake can hold them, as a share of the least variance, over
 /// so many third differences, are fixed to the picture: a dead block of the sensor. Measured: .001 px where the edges of plates
-/// leave .3 px and more. Chosen: a quarter of the SD, and half of what the seam must be seen for to be believed when it is lost.
-const FIXED_SHARE: f64 = 1.0 / 16.0;
+/// leave .3 px and more. Chosen: a sixteenth of the SD, and half of what the seam must be seen for to be believed when it is lost.
+const FIXED_SHARE: f64 = 1.0 / 256.0;
 const FIXED_COUNT: usize = 12;
 
 /// What is known of it of one joint.

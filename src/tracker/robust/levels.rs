@@ -7,6 +7,7 @@
 use rayon::prelude::*;
 
 use super::RobustSettings;
+use super::candidate::Shows;
 use super::classify;
 use super::finer::is_no_gap;
 use super::seed::Seed;
@@ -22,7 +23,7 @@ const COARSENESS: [usize; 4] = [1, 2, 4, 8];
 const LEAST_RASTER_PX: (usize, usize) = (160, 120);
 /// A joint belongs to a coarser raster when its gap or step there is at least this wide, its groove this wide from root to
 /// shoulder \[px\]. Chosen: half of what the next finer one can hold.
-pub const LEAST_GAP_PX: f64 = 28.0;
+const LEAST_GAP_PX: f64 = 28.0;
 const LEAST_HALF_WIDTH_PX: f64 = 40.0;
 /// A coarser raster is also for a stripe that has at least this SD there \[px\]: in the next finer one it would be twice as
 /// thick, and what looks at it is made for stripes of SD 1.2 to 3.8 px.
@@ -30,6 +31,9 @@ const LEAST_STRIPE_SD_PX: f64 = 1.9;
 
 /// Least half length of a joint along the stripe \[px\].
 const LEAST_HALF_SPAN_PX: f64 = 5.0;
+
+/// What lies within so many half lengths of a step belongs to it. Chosen.
+const STEP_REACH: f64 = 1.5;
 
 /// A seeker for each raster, the finest first.
 pub struct Levels {
@@ -84,26 +88,56 @@ impl Levels {
             (*raster == Raster::PICTURE || is_large).then(|| seeker.look(&level))
         };
         let found: Vec<Option<Found>> = self.levels.par_iter_mut().map(look).collect();
-        let mut larger: Vec<Span> = vec![];
-        let mut nothing = None;
+        let mut larger: Vec<(Span, Shows)> = vec![];
+        let (mut nothing, mut smaller) = (None, None);
         for ((raster, seeker), found) in self.levels.iter().zip(found).rev() {
             let Some(found) = found else { continue };
             let is_finest = *raster == Raster::PICTURE;
             match found {
-                Found::Joint { seed, .. } if !is_finest && !is_large(&seed) => {}
-                Found::Joint { seed, .. }
-                    if !is_finest && is_no_gap(frame, *raster, COARSENESS.into_iter().map(Raster::coarser), &seed) => {}
-                // The edge of a wide gap looks like a lap joint to a narrow window.
-                Found::Joint { seed, .. } if larger.iter().any(|span| span.holds(&Span::of(&seed, *raster))) => {}
+                Found::Joint { ref seed, shows, .. } if !is_finest && !is_large(seed) => {
+                    let may_be_deep = shows.is_more_than_step() && seed.model.kind == JointKind::Butt;
+                    smaller = may_be_deep.then_some((*raster, found)).or(smaller);
+                }
+                Found::Joint { ref seed, .. } if !is_finest && is_none_in_finer(frame, *raster, seed) => {}
+                // A plate's end is a step, too: beside it a gap may be too deep to be looked into in its own raster.
+                Found::Joint { ref seed, shows: Shows::Step, .. }
+                    if self.shows_more_than(&Span::of(seed, *raster), seeker.off_middle_px(seed) / raster.scale()) =>
+                {
+                    let deep = smaller.take().filter(|(raster, found)| match found {
+                        Found::Joint { seed, .. } => is_finest && !is_none_in_finer(frame, *raster, seed),
+                        _ => false,
+                    });
+                    if let Some((raster, found)) = deep {
+                        return (raster, found);
+                    }
+                }
+                // The edge of a wide gap looks like a lap joint to a narrow window; a groove is not hidden by what may be a gap.
+                Found::Joint { ref seed, shows, .. }
+                    if larger.iter().any(|(span, as_much)| {
+                        span.holds(&Span::of(seed, *raster)) && (shows == Shows::Step || *as_much >= shows)
+                    }) => {}
                 found @ Found::Nothing { .. } => nothing = Some((*raster, found)),
                 found => return (*raster, found),
             }
-            larger.extend(
-                seeker.candidates().filter(|seed| !is_finest && is_large(seed)).map(|seed| Span::of(seed, *raster)),
-            );
+            let large = seeker.candidates().filter(|other| !is_finest && is_large(&other.seed));
+            larger.extend(large.map(|other| (Span::of(&other.seed, *raster), other.shows)));
         }
         nothing.unwrap_or((Raster::PICTURE, Found::nothing()))
     }
+
+    /// Whether some raster shows a joint that is rather meant than this step, away from it.
+    fn shows_more_than(&self, step: &Span, off_middle_px: f64) -> bool {
+        self.levels.iter().any(|(raster, seeker)| {
+            let reach_px = STEP_REACH * step.half_px;
+            let at = |off_px: f64| (step.centre_px + off_px) * raster.scale();
+            seeker.shows_more_than_a_step(at(-reach_px)..at(reach_px), off_middle_px * raster.scale())
+        })
+    }
+}
+
+/// Whether what `raster` shows of the picture is no joint in a finer one.
+fn is_none_in_finer(picture: &GrayFrame, raster: Raster, seed: &Seed) -> bool {
+    is_no_gap(picture, raster, COARSENESS.into_iter().map(Raster::coarser), seed)
 }
 
 /// Where a joint lies along the stripe \[px of the picture\].
@@ -140,17 +174,22 @@ fn is_large(seed: &Seed) -> bool {
 mod tests {
     use super::*;
 
-    /// A level stripe of SD 2 px with a gap round column `middle_px`.
-    fn with_gap(middle_px: f64, gap_px: f64) -> GrayFrame {
+    /// A stripe of SD 2 px in the row that `row_px` says for each column, if there is one.
+    fn stripe(row_px: impl Fn(f64) -> Option<f64>) -> GrayFrame {
         let (width_px, height_px) = (1280, 960);
         let mut frame = GrayFrame::filled(width_px, height_px, 12).unwrap();
         for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
             let (u, v) = ((i % width_px) as f64, (i / width_px) as f64);
-            if (u - middle_px).abs() > 0.5 * gap_px {
-                *pixel += (180.0 * (-0.5 * ((v - 480.0) / 2.0).powi(2)).exp()).round() as u8;
+            if let Some(row_px) = row_px(u) {
+                *pixel += (180.0 * (-0.5 * ((v - row_px) / 2.0).powi(2)).exp()).round() as u8;
             }
         }
         frame
+    }
+
+    /// A level stripe with a gap round column `middle_px`.
+    fn with_gap(middle_px: f64, gap_px: f64) -> GrayFrame {
+        stripe(|u| ((u - middle_px).abs() > 0.5 * gap_px).then_some(480.0))
     }
 
     /// The raster in which a gap that moves by 2 px a frame is found, and its middle in the picture's last column.
@@ -173,6 +212,23 @@ mod tests {
         assert!(raster == Raster::PICTURE && off_px.abs() < 1.0, "{off_px}");
         let (raster, off_px) = found(150.0);
         assert!(raster != Raster::PICTURE && off_px.abs() < 4.0, "{off_px}");
+    }
+
+    #[test]
+    fn a_high_step_that_a_coarse_raster_holds_does_not_hide_the_gap_that_a_fine_one_shows() {
+        let mut levels = Levels::new(&RobustSettings::default(), true);
+        let found = (0..20).find_map(|frame| {
+            let middle_px = 500.0 + 2.0 * f64::from(frame);
+            // The plate lies high above a table, which shows in the gap.
+            let is_plate = |u: f64| (u - middle_px).abs() > 6.0 && u < middle_px + 420.0;
+            match levels.look(&stripe(|u| Some(if is_plate(u) { 480.0 } else { 600.0 }))) {
+                (raster, Found::Joint { seed, .. }) => {
+                    Some((seed.model.kind, raster.picture_from_raster(seed.fit.centre).u_px - middle_px))
+                }
+                _ => None,
+            }
+        });
+        assert!(found.is_some_and(|(_, off_px)| off_px.abs() < 2.0), "{found:?}");
     }
 
     #[test]

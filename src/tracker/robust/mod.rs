@@ -50,7 +50,8 @@ use self::fixed::FixedPlaces;
 use self::following::{Following, Next};
 pub use self::judge::REFUSE_NIS;
 use self::levels::Levels;
-pub use self::part::{Part, Parts};
+pub use self::part::Part;
+use self::part::Parts;
 use self::places::Places;
 use self::rival::{Known, RIVAL_AFTER_BEATS, Seen};
 use self::seek::Found;
@@ -80,7 +81,7 @@ pub struct RobustSettings {
     /// PSR over its ceiling at which the template may learn.
     pub learn_psr_ratio: f64,
     /// The parts of the method; all of them but for an ablation.
-    pub parts: Parts,
+    pub(crate) parts: Parts,
 }
 
 impl Default for RobustSettings {
@@ -92,6 +93,15 @@ impl Default for RobustSettings {
             learn_psr_ratio: 0.4,
             parts: Parts::default(),
         }
+    }
+}
+
+#[cfg(feature = "ablation")]
+impl RobustSettings {
+    /// The method without a part of it, or whole.
+    #[must_use]
+    pub fn without(part: Option<Part>) -> Self {
+        Self { parts: Parts { without: part }, ..Self::default() }
     }
 }
 
@@ -173,7 +183,7 @@ impl RobustTracker {
                 let why = if stripe_seen { Observation::NoSeam } else { Observation::NoStripe };
                 return Ok(Estimate { evidence, ..self.unseen(why, beats) }.in_picture(&view));
             }
-            Found::Joint { seed, reason, doubt, before: fits } => {
+            Found::Joint { seed, reason, doubt, before: fits, .. } => {
                 let kind = seed.model.kind;
                 let (following, sighting) = Following::by_geometry(*seed, view, &self.sensor, self.settings.parts)?;
                 for (age, fit) in fits {
@@ -391,6 +401,13 @@ impl Follow for RobustTracker {
 
     fn pass_over(&mut self) {
         self.frame_number += 1;
+    }
+
+    fn forget_places(&mut self) {
+        self.darkroom = None;
+        if let Phase::Seeking(places) = &mut self.phase {
+            *places = Places::new(&self.settings, true);
+        }
     }
 
     fn links(&self) -> Option<Links> {

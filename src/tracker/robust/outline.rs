@@ -6,7 +6,7 @@ use std::ops::Range;
 use super::classify;
 use super::seed::{LEAST_LEG_PX, Seed};
 use crate::imgproc::Centreline;
-use crate::imgproc::geometry::JointFit;
+use crate::imgproc::geometry::{JointFit, Line};
 
 /// Beyond a groove's flank the stripe is nearer to the other plate's line than this share of the angle's opening, in at least so many
 /// columns \[px\] of so many windows. Chosen: plates beside a groove are level to a third of its depth.
@@ -88,6 +88,25 @@ pub fn is_shoulder(line: &Centreline, seed: &Seed) -> bool {
     let first = (centre.u_px - far_px).max(0.0) as usize;
     let end = ((centre.u_px + far_px) as usize).min(line.v_px.len());
     (first..end).filter(|&u| is_back(u)).count() >= LEAST_BACK_PX
+}
+
+/// How far the shorter of a corner's legs goes \[px\]: along its line, until the stripe has left it.
+pub fn shorter_leg_px(line: &Centreline, seed: &Seed) -> f64 {
+    let JointFit { centre, left, right, .. } = seed.fit;
+    let off_px = LYING_SDS * seed.model.stripe_sd_px;
+    let leg_px = |leg: Line, sign: f64| {
+        let (mut end_px, mut away_px) = (0.0, 0.0);
+        while away_px - end_px < LEAST_LYING_PX as f64 {
+            away_px += 1.0;
+            let u_px = centre.u_px + sign * away_px;
+            let seen = if u_px < 0.0 { None } else { line.at(u_px as usize) };
+            if seen.is_some_and(|v_px| (f64::from(v_px) - leg.at(sign * away_px)).abs() < off_px) {
+                end_px = away_px;
+            }
+        }
+        end_px
+    };
+    leg_px(left, -1.0).min(leg_px(right, 1.0))
 }
 
 /// Whether the stripe comes back to the plates between two depths: the outer flanks of two grooves meet below both.

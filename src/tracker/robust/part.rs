@@ -30,9 +30,11 @@ pub enum Part {
     /// Starting anew from refused sightings that agree.
     Reacquisition,
     /// The smoother's process noise by likelihood.
+    #[cfg(feature = "ablation")]
     SmootherFit,
 }
 
+#[cfg(feature = "ablation")]
 impl Part {
     /// All parts.
     pub const ALL: [Self; 14] = [

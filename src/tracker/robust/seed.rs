@@ -1,7 +1,7 @@
 //! The joint in one whole frame, without a prediction.
 
 use super::classify;
-use super::outline::{is_shoulder, is_toe, is_two_grooves};
+use super::outline::{is_shoulder, is_toe, is_two_grooves, shorter_leg_px};
 use crate::frame::GrayFrame;
 use crate::imgproc::geometry::{JointFit, JointKind, JointModel, Learned, learn};
 use crate::imgproc::{Centreline, SeamFeatures, SeedSettings, seam_candidates};
@@ -67,8 +67,8 @@ pub struct Seed {
     pub clear: bool,
     /// Beyond doubt: the user said so, or all of a groove is seen.
     pub certain: bool,
-    /// It looks like the toe of what lies on the plates.
-    pub is_toe: bool,
+    /// How far the shorter leg of a corner goes in the whole stripe; 0 of other joints \[px\].
+    pub leg_px: f64,
 }
 
 impl Seed {
@@ -97,6 +97,9 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
         let found = corners(line).into_iter().filter_map(|place| corner(frame, Some(line), place, kind));
         // A groove's root bends as much as both its shoulders together.
         seeds.extend(places_of(found.collect(), |seed| classify::bend(seed).abs()));
+        for seed in seeds.iter_mut().filter(|seed| seed.model.kind == JointKind::Fillet) {
+            seed.leg_px = shorter_leg_px(line, seed);
+        }
     }
     if !kind.is_none_or(JointKind::has_edges) {
         return seeds;
@@ -109,16 +112,14 @@ pub fn find(frame: &GrayFrame, line: &Centreline, kind: Option<JointKind>) -> Ve
     let places = strong.chain(notches(line).into_iter().map(|place| (place, None)));
     let learned: Vec<(Learned, Option<f64>)> =
         places.filter_map(|(place, wide_px)| Some((beside(frame, place)?, wide_px))).collect();
+    let is_one_toe = |seed: &Seed| kind.is_none() && seed.model.kind == JointKind::Butt && is_toe(line, seed);
     for tried in EDGED.into_iter().filter(|&tried| wants(tried)) {
         let unknown = learned.iter().map(|(learned, _)| (learned, None));
         let wide = learned.iter().filter(|(_, wide_px)| tried == JointKind::Butt && wide_px.is_some());
         let open = kind.is_none();
         let all = unknown.chain(wide.map(|(learned, wide_px)| (learned, *wide_px)));
         let found = all.filter_map(|(learned, gap_px)| edges(frame, learned, gap_px, tried, open));
-        let found = found.filter(|seed| !is_bridged(line, seed));
-        let found = found.map(|seed| Seed { is_toe: open && is_toe(line, &seed), ..seed });
-        let (toes, joints): (Vec<Seed>, Vec<Seed>) = found.partition(|seed| seed.is_toe);
-        seeds.extend([joints, toes].into_iter().flat_map(|seeds| places_of(seeds, score)));
+        seeds.extend(places_of(found.filter(|seed| !is_bridged(line, seed) && !is_one_toe(seed)).collect(), score));
     }
     seeds
 }
@@ -255,7 +256,7 @@ fn fitted(frame: &GrayFrame, mut model: JointModel, place: PixelPoint) -> Option
     // Plate, shoulder, flank, flank, shoulder, plate: no large spatter looks like that.
     let flank_px = fit.support * model.half_width_px.unwrap_or(0.0);
     let certain = flank_px > COMPLETE_FLANK_PX && fit.shoulders().iter().all(Option::is_some);
-    Some(Seed { clear, certain, is_toe: false, model, fit })
+    Some(Seed { clear, certain, model, fit, leg_px: 0.0 })
 }
 
 /// The strongest bends of the centreline, where its root is open, and between what may be two shoulders.

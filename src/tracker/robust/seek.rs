@@ -3,7 +3,9 @@
 use std::collections::VecDeque;
 
 use super::asked::{ASKED_FRAMES, Asked, MOTION_PX};
-use super::candidate::{Candidate, DIP_DOUBT, FLAT_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between};
+use super::candidate::{
+    Candidate, DIP_DOUBT, FLAT_DOUBT, OTHER_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between,
+};
 use super::classify;
 use super::hairline::ROW_VARIANCE_PX2;
 use super::outline::is_toe_of_hairline;
@@ -30,6 +32,8 @@ const RIVAL_SEEDS: usize = 3;
 const RIVAL_PX: f64 = 12.0;
 /// How close they must be at once \[px\].
 const AGREEMENT_PX: f64 = 4.0;
+/// Beyond so many of its half widths a joint has ended: edges and corners there are others. Chosen.
+const OTHER_REACH: f64 = 1.2;
 /// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
 /// over the frames that are remembered \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
 /// of .02 to .12 px against .3 px and more. Speckle moves the place of what shows no relief, and that of a hairline, so that
@@ -65,6 +69,8 @@ pub enum Found {
     Joint {
         /// Its cross-section and its place.
         seed: Box<Seed>,
+        /// What it shows.
+        shows: Shows,
         /// Why it is one of its kind.
         reason: String,
         /// What else it may be.
@@ -105,8 +111,6 @@ pub struct Seeker {
     asked: Option<Asked>,
     /// The seeds of the last frames, each with what it shows, the newest last.
     recent: VecDeque<Vec<Candidate>>,
-    /// What looked like the toe of something on the plates in them, the newest last.
-    toes: VecDeque<Vec<Seed>>,
     /// No stripe was seen yet: the next frame with one may be from before the arc (Du 2022, section 3.1).
     untouched: bool,
     hairline: HairlineTracker,
@@ -117,6 +121,8 @@ pub struct Seeker {
     straight_share: f64,
     /// Share of the last frames in which something lies beside the hairline.
     toe_share: f64,
+    /// The middle of the field: cameras are aimed at the seam \[px\].
+    middle_px: f64,
     /// Where the last frames have the hairline \[px\], and its relief, the newest last.
     hairlines: VecDeque<(f64, f64)>,
 }
@@ -130,13 +136,13 @@ impl Seeker {
             parts,
             asked: None,
             recent: VecDeque::new(),
-            toes: VecDeque::new(),
             untouched,
             hairline: HairlineTracker::default(),
             seeks_hairlines: seeks_hairlines && kind.is_none_or(|kind| kind == JointKind::Butt),
             is_rival: false,
             straight_share: 0.0,
             toe_share: 0.0,
+            middle_px: 0.0,
             hairlines: VecDeque::new(),
         }
     }
@@ -146,9 +152,9 @@ impl Seeker {
         Self { is_rival: true, ..Self::new(kind, parts, false, false) }
     }
 
-    /// The seeds of the last frame looked at.
-    pub fn candidates(&self) -> impl Iterator<Item = &Seed> {
-        self.recent.back().into_iter().flatten().map(|candidate| &candidate.seed)
+    /// What may be a joint in the last frame looked at.
+    pub fn candidates(&self) -> impl Iterator<Item = &Candidate> + Clone {
+        self.recent.back().into_iter().flatten()
     }
 
     /// The user knows where the seam is in the next frame, which has so many pixels a pixel of the picture.
@@ -164,42 +170,42 @@ impl Seeker {
 
     /// A frame passes that cannot be looked at.
     pub fn miss(&mut self) {
-        self.remember(vec![], vec![]);
+        self.remember(vec![]);
     }
 
-    fn remember(&mut self, candidates: Vec<Candidate>, toes: Vec<Seed>) {
+    fn remember(&mut self, candidates: Vec<Candidate>) {
         self.recent.push_back(candidates);
         if self.recent.len() > REMEMBERED_FRAMES {
             self.recent.pop_front();
-        }
-        self.toes.push_back(toes);
-        if self.toes.len() > RECENT_FRAMES {
-            self.toes.pop_front();
         }
     }
 
     /// Looks at the next frame.
     pub fn look(&mut self, frame: &GrayFrame) -> Found {
+        self.middle_px = 0.5 * frame.width_px() as f64;
         let line = centreline(frame, self.parts.has(Part::StripePath));
         let stripe_seen = line.extent(SeedSettings::default().widest_joint_px).is_some();
         let at_place = self.asked.as_ref().and_then(|asked| asked.seed(frame, self.kind));
-        let seeds: Vec<Seed> = match at_place {
+        let seeds = match at_place {
             Some(seed) if seed.certain => vec![seed],
             unsure => unsure.into_iter().chain(seed::find(frame, &line, self.kind)).collect(),
         };
-        let (toes, seeds): (Vec<Seed>, Vec<Seed>) = seeds.into_iter().partition(|seed| seed.is_toe);
-        let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
+        let candidates: Vec<Candidate> =
+            seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
-        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, toes, before_arc) {
+        if let Some(Candidate { seed, shows }) = self.confirmed(candidates, before_arc) {
             let reason = classify::reason(&seed, self.kind.is_some());
             let doubt = match shows {
                 Shows::Dark if seed.model.kind == JointKind::Lap => Some(STEP_DOUBT),
                 Shows::Dark => Some(FLAT_DOUBT),
                 Shows::Dip => Some(DIP_DOUBT),
-                Shows::Relief | Shows::Whole => self.has_twin(&seed).then_some(TWIN_DOUBT),
+                Shows::Step | Shows::Relief | Shows::Whole if self.has_twin(&seed) => Some(TWIN_DOUBT),
+                // A gap that shows no relief may be a mark beside other gaps; beside a step it is as good.
+                Shows::Step => self.has_other(&seed, Shows::Dark).then_some(OTHER_DOUBT),
+                Shows::Relief | Shows::Whole => self.has_other(&seed, Shows::Step).then_some(OTHER_DOUBT),
             };
-            return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed) };
+            return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed), shows };
         }
         let hairline = if self.seeks_hairlines { self.hairline.step(frame) } else { None };
         let presence = hairline.map(|estimate| estimate.grid.presence);
@@ -239,37 +245,28 @@ impl Seeker {
     }
 
     /// The first seed that is clear by itself in a frame from before the arc, or that enough of the last frames confirm.
-    fn confirmed(&mut self, candidates: Vec<Candidate>, toes: Vec<Seed>, before_arc: bool) -> Option<Candidate> {
-        self.remember(candidates.clone(), toes);
+    fn confirmed(&mut self, candidates: Vec<Candidate>, before_arc: bool) -> Option<Candidate> {
+        self.remember(candidates.clone());
         let certain = |candidate: &Candidate| {
             let Candidate { seed, shows } = candidate;
             let is_dark = *shows == Shows::Dark;
             let is_easy = !is_dark && !self.is_rival;
             let (agreeing, moving) = if is_easy { (AGREEING_SEEDS, MOVING_SEEDS) } else { (FLAT_SEEDS, FLAT_SEEDS) };
             let sure = (seed.certain && !self.is_rival)
-                || (seed.clear && before_arc && *shows >= Shows::Relief && !classify::is_open_lap(seed))
+                || (seed.clear && before_arc && *shows >= Shows::Step && !classify::is_open_lap(seed))
                 || (self.agreeing(seed, 0.0, MOTION_PX) >= agreeing && (!is_dark || self.moves(seed)))
                 || self.on_the_move(seed) >= moving;
             // What hides a joint that is known is a dark stretch of the stripe, too.
             let may_be_cover = self.is_rival && is_dark;
-            sure && !may_be_cover
-                && !self.is_toe(seed)
-                && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
+            sure && !may_be_cover && !self.latest().flatten().any(|other| is_groove_between(seed, &other.seed))
         };
         let typical =
             candidates.into_iter().map(|candidate| Candidate { shows: self.typically(&candidate), ..candidate });
         let mut certain: Vec<Candidate> = typical.filter(certain).collect();
         certain.retain(|candidate| self.is_where_asked(candidate.seed.model.kind, candidate.seed.fit.centre));
         // Of equals the first, as they come.
-        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.shows));
-        certain.into_iter().next().filter(|candidate| !self.has_better(candidate))
-    }
-
-    /// Whether what should be a joint looked like the toe of something on the plates in more than a few of the last frames.
-    fn is_toe(&self, seed: &Seed) -> bool {
-        let is_near = |toe: &Seed| toe.model.kind.has_edges() && seed.away_px(toe) < RIVAL_PX;
-        let frames = self.toes.iter().filter(|toes| toes.iter().any(is_near)).count();
-        seed.model.kind.has_edges() && frames as f64 > LARGEST_TOE_SHARE * RECENT_FRAMES as f64
+        certain.sort_by_key(|candidate| std::cmp::Reverse(candidate.shows.rank()));
+        certain.into_iter().find(|candidate| !self.has_better(candidate))
     }
 
     /// What most of the last frames that have a candidate show, as far as one frame does not tell all.
@@ -292,24 +289,71 @@ impl Seeker {
 
     /// Whether another joint like `seed` shows at another place, and stays there.
     fn has_twin(&self, seed: &Seed) -> bool {
-        let twins = self.candidates().filter(|other| are_alike(seed, other) && seed.away_px(other) > RIVAL_PX);
-        twins
-            .map(|other| self.agreeing(other, 0.0, MOTION_PX))
-            .any(|frames| frames >= RIVAL_SEEDS.min(self.recent.len()))
+        let is_twin = |other: &Seed| are_alike(seed, other) && seed.away_px(other) > RIVAL_PX;
+        self.stay(self.candidates().filter(|other| is_twin(&other.seed)))
+    }
+
+    /// Whether something that shows as much as `least` is beside `seed`, and stays there.
+    fn has_other(&self, seed: &Seed, least: Shows) -> bool {
+        let beside = |other: &&Candidate| {
+            let reach_px = OTHER_REACH * seed.half_px().max(other.seed.half_px());
+            other.shows >= least && seed.away_px(&other.seed) > reach_px.max(RIVAL_PX)
+        };
+        self.stay(self.candidates().filter(beside))
+    }
+
+    /// Whether one of these has been there in several frames, or in all there were.
+    fn stay<'a>(&self, mut others: impl Iterator<Item = &'a Candidate>) -> bool {
+        let frames = RIVAL_SEEDS.min(self.recent.len());
+        others.any(|other| self.agreeing(&other.seed, 0.0, MOTION_PX) >= frames)
+    }
+
+    /// Whether a gap or a groove shows, and stays there, that is rather meant than a step so far from the middle of the field, and is
+    /// away from where the step lies.
+    pub fn shows_more_than_a_step(&self, step_px: std::ops::Range<f64>, off_middle_px: f64) -> bool {
+        if self.kind.is_some() {
+            return false;
+        }
+        let more = |other: &&Candidate| {
+            other.shows.is_more_than_step()
+                && has_two_sides(&other.seed)
+                && !step_px.contains(&other.seed.fit.centre.u_px)
+                && self.off_middle_px(&other.seed) < off_middle_px
+        };
+        self.stay(self.candidates().filter(more))
+    }
+
+    /// How far from the middle of the field a joint lies \[px\].
+    pub fn off_middle_px(&self, seed: &Seed) -> f64 {
+        (seed.fit.centre.u_px - self.middle_px).abs()
     }
 
     /// Whether another place of the last frames, that shows more, may be the joint: it has not been seen often enough yet.
     fn has_better(&self, candidate: &Candidate) -> bool {
         let away = |other: &&Candidate| candidate.seed.away_px(&other.seed) > RIVAL_PX;
-        let better = self.latest().flatten().filter(|other| other.shows > candidate.shows).filter(away);
+        let better = self.latest().flatten().filter(|other| other.shows.rank() > candidate.shows.rank()).filter(away);
         // Of two dark places in one frame neither is the better one.
         let is_dark = |shows: Shows| shows == Shows::Dark;
-        let beside = self.latest().take(1).flatten().filter(away);
-        let as_good = beside.filter(|other| is_dark(candidate.shows) && is_dark(other.shows));
-        better
-            .chain(as_good)
-            .map(|other| self.agreeing(&other.seed, 0.0, MOTION_PX))
-            .any(|frames| frames >= RIVAL_SEEDS)
+        let beside = self.candidates().filter(away);
+        let as_good = beside.clone().filter(|other| is_dark(candidate.shows) && is_dark(other.shows));
+        let mut others = better.chain(as_good);
+        others.any(|other| self.agreeing(&other.seed, 0.0, MOTION_PX) >= RIVAL_SEEDS)
+            || self.stay(beside.filter(|other| self.is_rather_meant(other, candidate)))
+    }
+
+    /// Whether `one` is more likely the joint than a step or a corner, as any plate's end is a step, and the upper edge of one that
+    /// stands a corner: it lies nearer to the middle of the field, and is a gap or a groove, or has the longer legs.
+    fn is_rather_meant(&self, one: &Candidate, other: &Candidate) -> bool {
+        let ends_a_plate = |kind: JointKind| matches!(kind, JointKind::Lap | JointKind::Fillet);
+        let (kind, other_kind) = (one.seed.model.kind, other.seed.model.kind);
+        let (off_px, other_off_px) = (self.off_middle_px(&one.seed), self.off_middle_px(&other.seed));
+        match (one.shows, other.shows) {
+            (shows, Shows::Step) if shows.is_more_than_step() => has_two_sides(&one.seed) && off_px < other_off_px,
+            (shows, other_shows) if shows == other_shows && shows >= Shows::Step => {
+                kind == other_kind && ends_a_plate(kind) && one.seed.leg_px - off_px > other.seed.leg_px - other_off_px
+            }
+            _ => false,
+        }
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
@@ -379,6 +423,11 @@ impl Seeker {
             && self.toe_share < LARGEST_TOE_SHARE
             && range(means(&places)) > FIXED_HAIRLINE_PX
     }
+}
+
+/// Whether a plate goes on at both its sides, as at no plate's end.
+fn has_two_sides(seed: &Seed) -> bool {
+    matches!(seed.model.kind, JointKind::Butt | JointKind::VGroove)
 }
 
 /// Means of so many neighbours each, the last ones first; what is left over counts not.
