@@ -120,7 +120,7 @@ pub const CASES: [Case; 12] = [
     case(
         "calibrate laser",
         4,
-        &["calibrate", "laser", "INPUT-stripes", "--camera", "INPUTS/known.toml", "-o", "laser.toml"],
+        &["calibrate", "laser", "INPUT-stripes", "--camera", "INPUTS/known.toml", "--square", "15", "-o", "laser.toml"],
         &[Unit::Files(&["laser.toml", "laser.html"])],
     ),
     case(

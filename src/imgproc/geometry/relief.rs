@@ -20,6 +20,9 @@ pub enum GapShows {
     Plate,
     /// The stripe goes on through it as bright as beside it, a little off the plates' lines: something lies on the plate.
     Bump,
+    /// The light falls on something level in it, about as bright as the plates and not near their lines: a bar under the gap, or a
+    /// rib or a clamp that lies on one plate.
+    Ledge,
     /// The stripe goes down into it and comes up again: a groove between its shoulders.
     Groove,
     /// The stripe leaves a plate's line unbroken near an edge: a groove's flank of which the rest is hidden, or the side of what
@@ -54,6 +57,9 @@ const ISLAND_PX: usize = 4;
 const LEAST_BUMP_PX: f64 = 8.0;
 const BUMP_SHARE: f64 = 0.7;
 const HIGHEST_BUMP_SDS: f64 = 6.0;
+/// A ledge is at least so bright, as a share of the plates' amplitude, on one level in this share of a gap's columns. Chosen: a bar under a gap lies in the plates' shade, at half their brightness.
+const LEDGE_BRIGHTNESS: f64 = 0.7;
+const LEDGE_SHARE: f64 = 0.6;
 /// A groove is at least this wide \[px\] and, in the middle half, so deep in SDs of the stripe; its outer quarters are less deep than
 /// this share of that. The bottom of a gap is as deep at its edges; flanks have 1/3, and up to .7 where something lies on their
 /// shoulders.
@@ -177,17 +183,26 @@ fn looked_into(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_
     if flanks_px.contains(&0) && flanks_px.iter().any(|&columns| columns >= LEAST_FLANK_PX) {
         return GapShows::Flank;
     }
+    let middle = Line::straight(0.5 * (fit.left.v_px + fit.right.v_px), 0.5 * (fit.left.slope + fit.right.slope));
+    let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
+    let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
+    let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
+    let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
+    let lit = |p: &&RidgePoint| seen(p) && p.amplitude > LEDGE_BRIGHTNESS * amplitude;
+    let mut off: Vec<f64> =
+        inside.iter().filter(lit).map(|p| (p.v_px - middle.at(p.u_px - fit.centre.u_px)) / stripe_sd_px).collect();
+    if edges.gap_px >= LEAST_BUMP_PX
+        && let Some(level_sds) = median(&mut off).filter(|level_sds| level_sds.abs() >= HIGHEST_BUMP_SDS)
+        && off.iter().filter(|sds| (*sds - level_sds).abs() < OFF_LINE_SDS).count() as f64 >= LEDGE_SHARE * columns
+    {
+        return GapShows::Ledge;
+    }
     if is_bent(&beside[0], fit.left) && is_bent(&beside[1], fit.right) {
         return GapShows::Relief;
     }
     if edges.gap_px < LEAST_GAP_PX {
         return GapShows::Nothing;
     }
-    let middle = Line::straight(0.5 * (fit.left.v_px + fit.right.v_px), 0.5 * (fit.left.slope + fit.right.slope));
-    let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
-    let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
-    let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
-    let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
     let share =
         |is: &dyn Fn(f64) -> bool| inside.iter().filter(seen).filter(|p| is(off_sds(p))).count() as f64 / columns;
     let bright = |p: &&RidgePoint| seen(p) && p.amplitude > BRIGHT_SHARE * amplitude;
@@ -323,6 +338,13 @@ mod tests {
     fn a_bottom_below_the_plates_is_relief() {
         let row = |u: f64| if in_gap(u) { STRIPE_ROW + 24.0 } else { STRIPE_ROW };
         assert_eq!(shown(row, |u| if in_gap(u) { 80.0 } else { 200.0 }), GapShows::Relief);
+    }
+
+    #[test]
+    fn a_rib_on_the_plates_as_bright_as_they_are_is_a_ledge() {
+        let row = |u: f64| if in_gap(u) { STRIPE_ROW - 18.0 } else { STRIPE_ROW };
+        assert_eq!(shown(row, |_| 200.0), GapShows::Ledge);
+        assert_eq!(shown(row, |u| if in_gap(u) { 100.0 } else { 200.0 }), GapShows::Relief, "a bar in the shade");
     }
 
     #[test]

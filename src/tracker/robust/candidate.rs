@@ -21,6 +21,14 @@ pub const STEP_DOUBT: &str = "one of the two stripes goes on past the step: it m
 pub const TWIN_DOUBT: &str =
     "another joint like it shows beside it: there are two seams, of which one is followed, or a corrugated sheet";
 
+/// What a gap in which the light falls on something may be.
+pub const LEDGE_DOUBT: &str =
+    "something level and bright lies between the edges: a bar under a gap, or a rib or a clamp on a plate without one";
+
+/// What a gap that is too wide to be welded may be.
+pub const WIDE_DOUBT: &str =
+    "the gap is wider than 8 mm: what hides the stripe may be a clamp, or the plates' ends at a cut-out";
+
 /// What a joint may be beside one of another sort.
 pub const OTHER_DOUBT: &str =
     "another edge or corner shows beside it, which may be the one that is meant (--seed-at and --roi choose)";
@@ -47,6 +55,8 @@ pub struct Candidate {
 pub enum Shows {
     /// A place where the stripe is dark.
     Dark,
+    /// Something level and bright between two edges.
+    Ledge,
     /// A dip in an unbroken stripe.
     Dip,
     /// A step between two plates: a lap joint, or the end of any plate, a clamp, a ledge.
@@ -58,9 +68,13 @@ pub enum Shows {
 }
 
 impl Shows {
-    /// The order, in which a step is worth as much as any relief: which of them is meant, the place tells.
+    /// The order, in which a step is worth as much as any relief, and a ledge as a dark place: which of them is meant, the place tells.
     pub fn rank(self) -> Self {
-        if self == Self::Step { Self::Relief } else { self }
+        match self {
+            Self::Step => Self::Relief,
+            Self::Ledge => Self::Dark,
+            other => other,
+        }
     }
 
     /// Whether it is relief, or more.
@@ -88,6 +102,7 @@ impl Candidate {
             GapShows::Relief if seed.model.kind == JointKind::Lap => Shows::Step,
             GapShows::Relief => Shows::Relief,
             GapShows::Dip => Shows::Dip,
+            GapShows::Ledge => Shows::Ledge,
             // Of a low step all must speak for one: where a stripe and a reflection part there are many.
             GapShows::Nothing if seed.model.kind == JointKind::Lap && !classify::is_high(&seed) => return None,
             GapShows::Nothing => Shows::Dark,

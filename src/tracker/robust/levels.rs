@@ -4,10 +4,12 @@
 //! four times as coarse it does, and its edges are as sharp in millimetres as they need be. So each raster has its range of
 //! joints, and a joint belongs to the finest one that holds it.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::RobustSettings;
-use super::candidate::Shows;
+use super::candidate::{OTHER_DOUBT, Shows};
 use super::classify;
 use super::finer::is_no_gap;
 use super::seed::Seed;
@@ -81,6 +83,18 @@ impl Levels {
 
     /// Looks at the next frame: what was found, and in which raster.
     pub fn look(&mut self, frame: &GrayFrame) -> (Raster, Found) {
+        let (raster, mut found) = self.find(frame);
+        if let Found::Joint { seed, shows, doubt: doubt @ None, .. } = &mut found
+            && self.any_beside(&Span::of(seed, raster), |seeker, span_px, off_px| {
+                seeker.shows_other(*shows, span_px, off_px)
+            })
+        {
+            *doubt = Some(OTHER_DOUBT);
+        }
+        (raster, found)
+    }
+
+    fn find(&mut self, frame: &GrayFrame) -> (Raster, Found) {
         // The rasters do not need one another until each has been looked at.
         let look = |(raster, seeker): &mut (Raster, Seeker)| {
             let level = raster.resample(frame)?;
@@ -100,8 +114,10 @@ impl Levels {
                 }
                 Found::Joint { ref seed, .. } if !is_finest && is_none_in_finer(frame, *raster, seed) => {}
                 // A plate's end is a step, too: beside it a gap may be too deep to be looked into in its own raster.
-                Found::Joint { ref seed, shows: Shows::Step, .. }
-                    if self.shows_more_than(&Span::of(seed, *raster), seeker.off_middle_px(seed) / raster.scale()) =>
+                Found::Joint { ref seed, shows: shows @ (Shows::Step | Shows::Ledge), .. }
+                    if self.any_beside(&Span::of(seed, *raster), |seeker, span_px, off_px| {
+                        seeker.shows_more(shows, span_px, off_px)
+                    }) =>
                 {
                     let deep = smaller.take().filter(|(raster, found)| match found {
                         Found::Joint { seed, .. } => is_finest && !is_none_in_finer(frame, *raster, seed),
@@ -125,12 +141,12 @@ impl Levels {
         nothing.unwrap_or((Raster::PICTURE, Found::nothing()))
     }
 
-    /// Whether some raster shows a joint that is rather meant than this step, away from it.
-    fn shows_more_than(&self, step: &Span, off_middle_px: f64) -> bool {
+    /// Whether of any raster `is` holds: of its seeker, the stretch of a joint in it, and how far that is from the middle.
+    fn any_beside(&self, span: &Span, is: impl Fn(&Seeker, &Range<f64>, f64) -> bool) -> bool {
         self.levels.iter().any(|(raster, seeker)| {
-            let reach_px = STEP_REACH * step.half_px;
-            let at = |off_px: f64| (step.centre_px + off_px) * raster.scale();
-            seeker.shows_more_than_a_step(at(-reach_px)..at(reach_px), off_middle_px * raster.scale())
+            let reach_px = STEP_REACH * span.half_px;
+            let at = |off_px: f64| (span.centre_px + off_px) * raster.scale();
+            is(seeker, &(at(-reach_px)..at(reach_px)), (at(0.0) - seeker.middle_px()).abs())
         })
     }
 }
@@ -171,70 +187,4 @@ fn is_large(seed: &Seed) -> bool {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A stripe of SD 2 px in the row that `row_px` says for each column, if there is one.
-    fn stripe(row_px: impl Fn(f64) -> Option<f64>) -> GrayFrame {
-        let (width_px, height_px) = (1280, 960);
-        let mut frame = GrayFrame::filled(width_px, height_px, 12).unwrap();
-        for (i, pixel) in frame.pixels_mut().iter_mut().enumerate() {
-            let (u, v) = ((i % width_px) as f64, (i / width_px) as f64);
-            if let Some(row_px) = row_px(u) {
-                *pixel += (180.0 * (-0.5 * ((v - row_px) / 2.0).powi(2)).exp()).round() as u8;
-            }
-        }
-        frame
-    }
-
-    /// A level stripe with a gap round column `middle_px`.
-    fn with_gap(middle_px: f64, gap_px: f64) -> GrayFrame {
-        stripe(|u| ((u - middle_px).abs() > 0.5 * gap_px).then_some(480.0))
-    }
-
-    /// The raster in which a gap that moves by 2 px a frame is found, and its middle in the picture's last column.
-    fn found(gap_px: f64) -> (Raster, f64) {
-        let settings = RobustSettings { joint: Some(JointKind::Butt), ..RobustSettings::default() };
-        let mut levels = Levels::new(&settings, false);
-        for frame in 0..10 {
-            let middle_px = 600.0 + 2.0 * f64::from(frame);
-            let (raster, found) = levels.look(&with_gap(middle_px, gap_px));
-            if let Found::Joint { seed, .. } = found {
-                return (raster, raster.picture_from_raster(seed.fit.centre).u_px - middle_px);
-            }
-        }
-        panic!("a gap of {gap_px} px was not found");
-    }
-
-    #[test]
-    fn a_gap_belongs_to_the_finest_raster_that_holds_it() {
-        let (raster, off_px) = found(12.0);
-        assert!(raster == Raster::PICTURE && off_px.abs() < 1.0, "{off_px}");
-        let (raster, off_px) = found(150.0);
-        assert!(raster != Raster::PICTURE && off_px.abs() < 4.0, "{off_px}");
-    }
-
-    #[test]
-    fn a_high_step_that_a_coarse_raster_holds_does_not_hide_the_gap_that_a_fine_one_shows() {
-        let mut levels = Levels::new(&RobustSettings::default(), true);
-        let found = (0..20).find_map(|frame| {
-            let middle_px = 500.0 + 2.0 * f64::from(frame);
-            // The plate lies high above a table, which shows in the gap.
-            let is_plate = |u: f64| (u - middle_px).abs() > 6.0 && u < middle_px + 420.0;
-            match levels.look(&stripe(|u| Some(if is_plate(u) { 480.0 } else { 600.0 }))) {
-                (raster, Found::Joint { seed, .. }) => {
-                    Some((seed.model.kind, raster.picture_from_raster(seed.fit.centre).u_px - middle_px))
-                }
-                _ => None,
-            }
-        });
-        assert!(found.is_some_and(|(_, off_px)| off_px.abs() < 2.0), "{found:?}");
-    }
-
-    #[test]
-    fn a_frame_too_small_for_the_coarse_rasters_is_looked_at_in_its_own() {
-        let mut levels = Levels::new(&RobustSettings::default(), false);
-        let (raster, found) = levels.look(&GrayFrame::filled(200, 130, 12).unwrap());
-        assert!(raster == Raster::PICTURE && matches!(found, Found::Nothing { stripe_seen: false, .. }));
-    }
-}
+mod tests;

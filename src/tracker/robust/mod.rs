@@ -43,7 +43,7 @@ mod sighting;
 mod stripe;
 
 use self::asked::ASKED_FRAMES;
-use self::candidate::SECOND_LINE_DOUBT;
+use self::candidate::{SECOND_LINE_DOUBT, WIDE_DOUBT};
 use self::correlation::Correlation;
 use self::doubt::Doubter;
 use self::fixed::FixedPlaces;
@@ -104,6 +104,9 @@ impl RobustSettings {
         Self { parts: Parts { without: part }, ..Self::default() }
     }
 }
+
+/// A wider gap than this between two plates is doubted. Chosen: root gaps are up to 4 mm, with a backing up to 8 (ISO 9692-1).
+const WIDEST_GAP_MM: f64 = 8.0;
 
 /// What the tracker is doing.
 enum Phase {
@@ -169,6 +172,14 @@ impl RobustTracker {
         self.begin(field, View::of_part(origin, part, raster), found, beats)
     }
 
+    /// The gap of what is followed, where millimetres are known.
+    fn gap_mm(&self, following: &Following) -> Option<f64> {
+        let view = following.view();
+        let centre = following.seam().in_picture(&view).centre;
+        let mm_per_px = self.sensor.scale_along(centre, view.axis()).filter(|_| self.sensor.has_millimetres())?;
+        Some(following.gap_px()? * mm_per_px.abs())
+    }
+
     /// Begins to follow what was found.
     fn begin(
         &mut self,
@@ -191,6 +202,9 @@ impl RobustTracker {
                         *place = following.sighting(fit).map(|sighting| sighting.measured(1.0));
                     }
                 }
+                let asked = self.settings.joint.is_some();
+                let is_too_wide = !asked && kind == JointKind::Butt && self.gap_mm(&following) > Some(WIDEST_GAP_MM);
+                let doubt = doubt.or(is_too_wide.then_some(WIDE_DOUBT));
                 (following, sighting, (kind, reason, doubt))
             }
             Found::Hairline { tracker, sighting, reason } => {

@@ -1,10 +1,11 @@
 //! Looking for a joint, frame by frame, until one is certain.
 
 use std::collections::VecDeque;
+use std::ops::Range;
 
 use super::asked::{ASKED_FRAMES, Asked, MOTION_PX};
 use super::candidate::{
-    Candidate, DIP_DOUBT, FLAT_DOUBT, OTHER_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between,
+    Candidate, DIP_DOUBT, FLAT_DOUBT, LEDGE_DOUBT, STEP_DOUBT, Shows, TWIN_DOUBT, are_alike, is_groove_between,
 };
 use super::classify;
 use super::hairline::ROW_VARIANCE_PX2;
@@ -32,8 +33,6 @@ const RIVAL_SEEDS: usize = 3;
 const RIVAL_PX: f64 = 12.0;
 /// How close they must be at once \[px\].
 const AGREEMENT_PX: f64 = 4.0;
-/// Beyond so many of its half widths a joint has ended: edges and corners there are others. Chosen.
-const OTHER_REACH: f64 = 1.2;
 /// What is fixed to the picture, dirt on the glass, a dead column of the sensor, a gap in the laser's line, stays within this
 /// over the frames that are remembered \[px\], and is no seam: plates are ragged, and shake. Measured, in single frames: an SD
 /// of .02 to .12 px against .3 px and more. Speckle moves the place of what shows no relief, and that of a hairline, so that
@@ -200,10 +199,8 @@ impl Seeker {
                 Shows::Dark if seed.model.kind == JointKind::Lap => Some(STEP_DOUBT),
                 Shows::Dark => Some(FLAT_DOUBT),
                 Shows::Dip => Some(DIP_DOUBT),
-                Shows::Step | Shows::Relief | Shows::Whole if self.has_twin(&seed) => Some(TWIN_DOUBT),
-                // A gap that shows no relief may be a mark beside other gaps; beside a step it is as good.
-                Shows::Step => self.has_other(&seed, Shows::Dark).then_some(OTHER_DOUBT),
-                Shows::Relief | Shows::Whole => self.has_other(&seed, Shows::Step).then_some(OTHER_DOUBT),
+                Shows::Ledge => Some(LEDGE_DOUBT),
+                Shows::Step | Shows::Relief | Shows::Whole => self.has_twin(&seed).then_some(TWIN_DOUBT),
             };
             return Found::Joint { reason, doubt, before: self.before(&seed), seed: Box::new(seed), shows };
         }
@@ -293,38 +290,44 @@ impl Seeker {
         self.stay(self.candidates().filter(|other| is_twin(&other.seed)))
     }
 
-    /// Whether something that shows as much as `least` is beside `seed`, and stays there.
-    fn has_other(&self, seed: &Seed, least: Shows) -> bool {
-        let beside = |other: &&Candidate| {
-            let reach_px = OTHER_REACH * seed.half_px().max(other.seed.half_px());
-            other.shows >= least && seed.away_px(&other.seed) > reach_px.max(RIVAL_PX)
-        };
-        self.stay(self.candidates().filter(beside))
-    }
-
     /// Whether one of these has been there in several frames, or in all there were.
     fn stay<'a>(&self, mut others: impl Iterator<Item = &'a Candidate>) -> bool {
         let frames = RIVAL_SEEDS.min(self.recent.len());
         others.any(|other| self.agreeing(&other.seed, 0.0, MOTION_PX) >= frames)
     }
 
-    /// Whether a gap or a groove shows, and stays there, that is rather meant than a step so far from the middle of the field, and is
-    /// away from where the step lies.
-    pub fn shows_more_than_a_step(&self, step_px: std::ops::Range<f64>, off_middle_px: f64) -> bool {
-        if self.kind.is_some() {
-            return false;
-        }
-        let more = |other: &&Candidate| {
-            other.shows.is_more_than_step()
-                && has_two_sides(&other.seed)
-                && !step_px.contains(&other.seed.fit.centre.u_px)
-                && self.off_middle_px(&other.seed) < off_middle_px
-        };
-        self.stay(self.candidates().filter(more))
+    /// Whether something that stays shows away from what is found from column `span_px` on, so far from the middle of the field, and
+    /// may be the joint as well.
+    pub fn shows_other(&self, shows: Shows, span_px: &Range<f64>, off_middle_px: f64) -> bool {
+        self.kind.is_none()
+            && self.stays_beside(span_px, |other| match shows {
+                // A gap that shows no relief may be a mark beside other gaps; beside a step it is as good.
+                Shows::Step => true,
+                _ => other.shows >= Shows::Step || self.off_middle_px(&other.seed) < off_middle_px,
+            })
     }
 
-    /// How far from the middle of the field a joint lies \[px\].
-    pub fn off_middle_px(&self, seed: &Seed) -> f64 {
+    /// Whether something that stays is rather meant than a step or a ledge that is found there.
+    pub fn shows_more(&self, shows: Shows, span_px: &Range<f64>, off_middle_px: f64) -> bool {
+        let nearer = |other: &Candidate| self.off_middle_px(&other.seed) < off_middle_px;
+        self.kind.is_none()
+            && self.stays_beside(span_px, |other| match shows {
+                Shows::Ledge => other.shows >= Shows::Step || (other.shows != Shows::Ledge && nearer(other)),
+                _ => other.shows.is_more_than_step() && has_two_sides(&other.seed) && nearer(other),
+            })
+    }
+
+    fn stays_beside(&self, span_px: &Range<f64>, is: impl Fn(&Candidate) -> bool) -> bool {
+        self.stay(self.candidates().filter(|other| !span_px.contains(&other.seed.fit.centre.u_px) && is(other)))
+    }
+
+    /// The middle of the field \[px\].
+    pub const fn middle_px(&self) -> f64 {
+        self.middle_px
+    }
+
+    /// How far from it a joint lies \[px\].
+    fn off_middle_px(&self, seed: &Seed) -> f64 {
         (seed.fit.centre.u_px - self.middle_px).abs()
     }
 
@@ -349,6 +352,7 @@ impl Seeker {
         let (off_px, other_off_px) = (self.off_middle_px(&one.seed), self.off_middle_px(&other.seed));
         match (one.shows, other.shows) {
             (shows, Shows::Step) if shows.is_more_than_step() => has_two_sides(&one.seed) && off_px < other_off_px,
+            (Shows::Dark, Shows::Ledge) => off_px < other_off_px,
             (shows, other_shows) if shows == other_shows && shows >= Shows::Step => {
                 kind == other_kind && ends_a_plate(kind) && one.seed.leg_px - off_px > other.seed.leg_px - other_off_px
             }

@@ -67,34 +67,6 @@ fn a_place_is_remembered_while_there_is_no_stripe() {
     assert_eq!(first_found(&mut told, &scene).unwrap().0, 0);
 }
 
-/// What a seeker finds first in a scene: the kind, how far from the truth \[px\], and its doubt.
-fn told(name: &str) -> (JointKind, f64, Option<&'static str>) {
-    let scene = scene(name, 12);
-    let (frame, found) = first_found(&mut seeker(), &scene).unwrap();
-    let Found::Joint { seed, doubt, .. } = found else { panic!("no joint with edges or a corner in {name}") };
-    let truth = scene.truth(frame).seam.unwrap();
-    (seed.model.kind, (seed.fit.centre.u_px - truth.u_px).abs(), doubt)
-}
-
-#[test]
-fn beside_a_gap_the_end_of_a_plate_is_no_lap_joint_but_it_is_told() {
-    for name in ["plate-end-butt-mild", "plate-end-butt-medium"] {
-        let (found, off_px, doubt) = told(name);
-        let is_so = found == JointKind::Butt && off_px < 3.0 && doubt == Some(OTHER_DOUBT);
-        assert!(is_so, "{name}: {found:?} {off_px} {doubt:?}");
-    }
-}
-
-#[test]
-fn of_two_steps_or_corners_that_nearer_to_the_middle_is_meant_and_the_other_is_told() {
-    for (name, kind) in [("plate-end-lap-medium", JointKind::Lap), ("standing-edge-fillet-mild", JointKind::Fillet)] {
-        let (found, off_px, doubt) = told(name);
-        assert!(found == kind && off_px < 3.0 && doubt.is_some(), "{name}: {found:?} {off_px} {doubt:?}");
-    }
-    assert_eq!(told("B-lap").2, None);
-    assert_eq!(told("E-fillet").2, None);
-}
-
 #[test]
 fn at_the_toe_of_a_cap_no_hairline_is_found_however_often_one_frame_hides_the_cap() {
     let plates = plate_scenes().unwrap();
