@@ -50,16 +50,14 @@ impl Orientation {
         self.frames.is_multiple_of(LOOK_AGAIN_FRAMES)
     }
 
-    /// What a frame shows; true when it turns what was known.
-    pub fn see(&mut self, seen: Option<StripeAxis>) -> bool {
-        let turns = self.axis.is_some() && seen.is_some() && seen != self.axis;
-        self.others = if turns { self.others + 1 } else { 0 };
+    /// What a frame shows.
+    pub fn see(&mut self, seen: Option<StripeAxis>) {
+        let is_other = seen.is_some() && seen != self.axis;
+        self.others = if is_other { self.others + 1 } else { 0 };
         if self.axis.is_none() || self.others == LOOKS_TO_TURN {
             self.axis = seen;
             self.others = 0;
-            return turns;
         }
-        false
     }
 }
 
@@ -102,14 +100,20 @@ mod tests {
     fn a_direction_is_turned_when_frame_after_frame_shows_the_other_one_and_no_joint_was_found() {
         let (along, across) = (Some(StripeAxis::Horizontal), Some(StripeAxis::Vertical));
         let mut orientation = Orientation::told(None);
-        assert!(orientation.is_due(false) && !orientation.see(None) && orientation.is_due(false));
-        assert!(!orientation.see(along) && orientation.axis() == along);
+        let axis_after = |orientation: &mut Orientation, seen: &[Option<StripeAxis>]| {
+            seen.iter().for_each(|&seen| orientation.see(seen));
+            orientation.axis()
+        };
+        assert!(
+            orientation.is_due(false) && axis_after(&mut orientation, &[None]).is_none() && orientation.is_due(false)
+        );
+        assert_eq!(axis_after(&mut orientation, &[along]), along);
         let due = (0..12).filter(|_| orientation.is_due(false)).count();
         assert_eq!(due, 3);
         assert!((0..20).all(|_| !orientation.is_due(true)), "along it there is a joint");
-        assert!(!orientation.see(across) && !orientation.see(across) && !orientation.see(along));
-        assert!(!orientation.see(across) && !orientation.see(across) && orientation.axis() == along);
-        assert!(orientation.see(across) && orientation.axis() == across);
+        assert_eq!(axis_after(&mut orientation, &[across, across, along]), along);
+        assert_eq!(axis_after(&mut orientation, &[across, across]), along);
+        assert_eq!(axis_after(&mut orientation, &[across]), across);
         let mut told = Orientation::told(along);
         assert!((0..20).all(|_| !told.is_due(false)));
     }

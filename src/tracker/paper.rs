@@ -208,7 +208,7 @@ impl Follow for PaperTracker {
         self.frame_number += 1;
     }
 
-    fn forget_places(&mut self) {}
+    fn start_anew(&mut self) {}
 
     fn links(&self) -> Option<Links> {
         None

@@ -55,8 +55,8 @@ pub trait Follow: Send {
     fn outlasts(&self, beats: f64) -> bool;
     /// A picture that came before passes without being looked at.
     fn pass_over(&mut self);
-    /// The stripe runs the other way than was thought: what was seen in frames before means nothing.
-    fn forget_places(&mut self);
+    /// The stripe runs the other way than was thought: what was seen in frames before means nothing. No joint was found in them.
+    fn start_anew(&mut self);
     /// What a smoother needs of this step, if a seam is followed and the method has one.
     fn links(&self) -> Option<Links>;
     /// The joint found last.
@@ -68,6 +68,8 @@ pub trait Follow: Send {
 pub struct Session {
     follow: Box<dyn Follow>,
     orientation: Orientation,
+    /// The direction for which the method was begun.
+    seeking_along: Option<StripeAxis>,
     seed_at: Option<PixelPoint>,
     roi: Option<PixelRect>,
     lag: Option<Lag>,
@@ -96,6 +98,7 @@ impl Session {
         Ok(Self {
             follow,
             orientation: Orientation::told(settings.axis),
+            seeking_along: None,
             seed_at: settings.seed_at,
             roi: settings.roi,
             lag: settings.lag.map(Lag::new),
@@ -215,15 +218,17 @@ impl Session {
             Picture::new(frame, axis, Some(roi)).ok_or(TrackerError::Roi { roi, picture })
         };
         if self.orientation.is_due(self.follow.joint().is_some()) {
-            let seen = find_axis(&picture(StripeAxis::Horizontal)?.whole());
-            if self.orientation.see(seen) {
-                self.follow.forget_places();
-            }
+            self.orientation.see(find_axis(&picture(StripeAxis::Horizontal)?.whole()));
         }
         let Some(axis) = self.orientation.axis() else { return self.follow.miss(tick, Observation::NoStripe) };
         let picture = picture(axis)?;
-        if let Some(centre) = self.seed_at.take() {
-            self.follow.seed_at(picture.field().field_from_picture(centre));
+        if self.seeking_along != Some(axis) {
+            if self.seeking_along.replace(axis).is_some() {
+                self.follow.start_anew();
+            }
+            if let Some(centre) = self.seed_at {
+                self.follow.seed_at(picture.field().field_from_picture(centre));
+            }
         }
         self.follow.step(picture, tick)
     }

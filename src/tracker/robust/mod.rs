@@ -417,11 +417,10 @@ impl Follow for RobustTracker {
         self.frame_number += 1;
     }
 
-    fn forget_places(&mut self) {
-        self.darkroom = None;
-        if let Phase::Seeking(places) = &mut self.phase {
-            *places = Places::new(&self.settings, true);
-        }
+    fn start_anew(&mut self) {
+        self.phase = Phase::Seeking(Places::new(&self.settings, true));
+        self.doubter = self.settings.joint.map(|_| Doubter::new(&self.settings));
+        self.seen = None;
     }
 
     fn links(&self) -> Option<Links> {

@@ -145,20 +145,38 @@ fn a_joint_asked_for_that_is_not_the_joint_seen_is_contradicted() {
     assert!(session.joint().is_none_or(|joint| joint.contradicted_by == Some("vgroove")), "{:?}", session.joint());
 }
 
-#[test]
-fn a_lamp_in_the_first_frames_does_not_hide_the_stripe_that_runs_the_other_way() {
-    let (scene, mut session) = (scene("butt-clean", 60), session());
-    let (width, height) = (scene.render(0).width_px(), scene.render(0).height_px());
+/// A picture as large as those of the scene, with a bright line from top to bottom.
+fn lamp(scene: &Scene) -> GrayFrame {
+    let (width, height) = size_px(&scene.render(0));
     let mut lamp = GrayFrame::filled(width, height, 8).unwrap();
     for (i, pixel) in lamp.pixels_mut().iter_mut().enumerate() {
         let off_px = (i % width) as f64 - 200.0 - 0.1 * (i / width) as f64;
         *pixel += (180.0 * (-0.5 * (off_px / 2.0).powi(2)).exp()) as u8;
     }
-    assert_eq!(session.step(&lamp, 0.0).unwrap().status, Status::Seeking);
+    lamp
+}
+
+#[test]
+fn a_lamp_in_the_first_frames_does_not_hide_the_stripe_that_runs_the_other_way() {
+    let (scene, mut session) = (scene("butt-clean", 60), session());
+    assert_eq!(session.step(&lamp(&scene), 0.0).unwrap().status, Status::Seeking);
     assert_eq!(session.axis(), Some(StripeAxis::Vertical));
     let estimates: Vec<Estimate> = (1..60).map(|i| session.step(&scene.render(i), 0.2 * i as f64).unwrap()).collect();
     assert_eq!(session.axis(), Some(StripeAxis::Horizontal));
     let last = estimates.last().unwrap();
     let truth = scene.truth(59).seam.unwrap();
     assert!((last.seam.unwrap().centre.u_px - truth.u_px).abs() < 2.0, "{last:?}");
+}
+
+#[test]
+fn a_place_that_was_given_still_holds_when_the_stripe_turns_out_to_run_the_other_way() {
+    let scene = scene("butt-clean", 80);
+    let seam = scene.truth(0).seam.unwrap();
+    let seed_at = Some(PixelPoint::new(seam.u_px - 150.0, seam.v_px));
+    let settings = SessionSettings { seed_at, ..SessionSettings::new(Method::Robust(RobustSettings::default())) };
+    let mut session = Session::new(&settings).unwrap();
+    session.step(&lamp(&scene), 0.0).unwrap();
+    let refused = (1..80).find_map(|i| session.step(&scene.render(i), 0.2 * i as f64).err());
+    assert_eq!(session.axis(), Some(StripeAxis::Horizontal));
+    assert!(matches!(refused, Some(TrackerError::NothingAtSeed { .. })), "there is no joint at that place");
 }
