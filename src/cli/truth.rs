@@ -56,7 +56,7 @@ impl Truth {
     /// Says when the recording shows no seam, and what is to be thought of values then.
     pub fn tell_if_seamless(&self, file: &Path, errors: &Option<ErrorTable>, rows: &[PathRow]) {
         if errors.is_none() {
-            let (file, values) = (file.display(), rows.iter().filter(|row| row.u_px.is_some()).count());
+            let (file, values) = (file.display(), rows.iter().filter(|row| row.has_value()).count());
             tell(&format!(
                 "{file} has no seam in any frame: there are no errors, and {values} values of what is no seam"
             ));

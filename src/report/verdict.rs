@@ -96,7 +96,6 @@ fn doubts(run: &Run) -> (Trust, Vec<String>) {
         availability(run),
         camera(run),
         truth(run),
-        invented(run),
         tolerance(run),
         joint(run),
         consistency_doubts(run),
@@ -128,11 +127,12 @@ fn percent_of(run: &Run, count: usize) -> f64 {
 /// Frames without a value, those before the seam was found included, and frames with a prediction only.
 fn availability(run: &Run) -> Doubts {
     let unavailable = run.unavailable();
+    if unavailable.of == 0 {
+        let values = run.rows.iter().filter(|row| row.has_value()).count();
+        return vec![(Trust::Bad, format!("{values} values, and the truth has a seam in no frame."))];
+    }
     let mut doubts = vec![];
     let percent = unavailable.percent();
-    if unavailable.of == 0 {
-        return doubts;
-    }
     if unavailable.missing > 0 || percent > limit_pct(run).min(MAX_UNAVAILABLE_PCT) {
         let limit_pct = limit_pct(run);
         doubts.push((beyond(run, percent), format!("No value on {percent:.1} % of the frames (limit {limit_pct} %).")));
@@ -182,15 +182,6 @@ fn truth(run: &Run) -> Doubts {
         }
     }
     doubts
-}
-
-/// Values of a recording in which the truth has no seam at all. A frame of which the truth has no line may have one.
-fn invented(run: &Run) -> Doubts {
-    if run.unavailable().of > 0 {
-        return vec![];
-    }
-    let values = run.rows.iter().filter(|row| row.has_value()).count();
-    vec![(Trust::Bad, format!("{values} values, and the truth has a seam in no frame."))]
 }
 
 /// A path that the truth puts outside of the tolerance more often than σ allows. How far the seam itself wanders from x = 0 says

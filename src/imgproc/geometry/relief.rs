@@ -57,7 +57,8 @@ const ISLAND_PX: usize = 4;
 const LEAST_BUMP_PX: f64 = 8.0;
 const BUMP_SHARE: f64 = 0.7;
 const HIGHEST_BUMP_SDS: f64 = 6.0;
-/// A ledge is at least so bright, as a share of the plates' amplitude, on one level in this share of a gap's columns. Chosen: a bar under a gap lies in the plates' shade, at half their brightness.
+/// A ledge is at least so bright, as a share of the plates' amplitude, on one level in this share of a gap's columns. Chosen: a bar
+/// under a gap lies in the plates' shade, at half their brightness.
 const LEDGE_BRIGHTNESS: f64 = 0.7;
 const LEDGE_SHARE: f64 = 0.6;
 /// A groove is at least this wide \[px\] and, in the middle half, so deep in SDs of the stripe; its outer quarters are less deep than
@@ -187,13 +188,13 @@ fn looked_into(frame: &GrayFrame, fit: &JointFit, edges: EdgeQuality, stripe_sd_
     let inside = near(frame, fit, middle, (-half_px + EDGE_PX, half_px - EDGE_PX), &section);
     let columns = (edges.gap_px - 2.0 * EDGE_PX).max(1.0);
     let seen = |p: &&RidgePoint| p.quality > LEAST_QUALITY && p.amplitude > LEAST_SHARE * amplitude;
-    let off_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)).abs() / stripe_sd_px;
+    let below_sds = |p: &RidgePoint| (p.v_px - middle.at(p.u_px - fit.centre.u_px)) / stripe_sd_px;
+    let off_sds = |p: &RidgePoint| below_sds(p).abs();
     let lit = |p: &&RidgePoint| seen(p) && p.amplitude > LEDGE_BRIGHTNESS * amplitude;
-    let mut off: Vec<f64> =
-        inside.iter().filter(lit).map(|p| (p.v_px - middle.at(p.u_px - fit.centre.u_px)) / stripe_sd_px).collect();
+    let mut below: Vec<f64> = inside.iter().filter(lit).map(below_sds).collect();
     if edges.gap_px >= LEAST_BUMP_PX
-        && let Some(level_sds) = median(&mut off).filter(|level_sds| level_sds.abs() >= HIGHEST_BUMP_SDS)
-        && off.iter().filter(|sds| (*sds - level_sds).abs() < OFF_LINE_SDS).count() as f64 >= LEDGE_SHARE * columns
+        && let Some(level_sds) = median(&mut below).filter(|level_sds| level_sds.abs() >= HIGHEST_BUMP_SDS)
+        && below.iter().filter(|sds| (*sds - level_sds).abs() < OFF_LINE_SDS).count() as f64 >= LEDGE_SHARE * columns
     {
         return GapShows::Ledge;
     }

@@ -34,8 +34,8 @@ const LEAST_STRIPE_SD_PX: f64 = 1.9;
 /// Least half length of a joint along the stripe \[px\].
 const LEAST_HALF_SPAN_PX: f64 = 5.0;
 
-/// What lies within so many half lengths of a step belongs to it. Chosen.
-const STEP_REACH: f64 = 1.5;
+/// What lies within so many half lengths of a joint belongs to it. Chosen.
+const SPAN_REACH: f64 = 1.5;
 
 /// A seeker for each raster, the finest first.
 pub struct Levels {
@@ -85,9 +85,7 @@ impl Levels {
     pub fn look(&mut self, frame: &GrayFrame) -> (Raster, Found) {
         let (raster, mut found) = self.find(frame);
         if let Found::Joint { seed, shows, doubt: doubt @ None, .. } = &mut found
-            && self.any_beside(&Span::of(seed, raster), |seeker, span_px, off_px| {
-                seeker.shows_other(*shows, span_px, off_px)
-            })
+            && self.any(&Span::of(seed, raster), |seeker, span_px| seeker.shows_other(*shows, span_px))
         {
             *doubt = Some(OTHER_DOUBT);
         }
@@ -115,9 +113,7 @@ impl Levels {
                 Found::Joint { ref seed, .. } if !is_finest && is_none_in_finer(frame, *raster, seed) => {}
                 // A plate's end is a step, too: beside it a gap may be too deep to be looked into in its own raster.
                 Found::Joint { ref seed, shows: shows @ (Shows::Step | Shows::Ledge), .. }
-                    if self.any_beside(&Span::of(seed, *raster), |seeker, span_px, off_px| {
-                        seeker.shows_more(shows, span_px, off_px)
-                    }) =>
+                    if self.any(&Span::of(seed, *raster), |seeker, span_px| seeker.shows_more(shows, span_px)) =>
                 {
                     let deep = smaller.take().filter(|(raster, found)| match found {
                         Found::Joint { seed, .. } => is_finest && !is_none_in_finer(frame, *raster, seed),
@@ -141,12 +137,12 @@ impl Levels {
         nothing.unwrap_or((Raster::PICTURE, Found::nothing()))
     }
 
-    /// Whether of any raster `is` holds: of its seeker, the stretch of a joint in it, and how far that is from the middle.
-    fn any_beside(&self, span: &Span, is: impl Fn(&Seeker, &Range<f64>, f64) -> bool) -> bool {
+    /// Whether in any raster `is` holds, of its seeker and of the columns of a joint there.
+    fn any(&self, span: &Span, is: impl Fn(&Seeker, &Range<f64>) -> bool) -> bool {
+        let reach_px = SPAN_REACH * span.half_px;
         self.levels.iter().any(|(raster, seeker)| {
-            let reach_px = STEP_REACH * span.half_px;
             let at = |off_px: f64| (span.centre_px + off_px) * raster.scale();
-            is(seeker, &(at(-reach_px)..at(reach_px)), (at(0.0) - seeker.middle_px()).abs())
+            is(seeker, &(at(-reach_px)..at(reach_px)))
         })
     }
 }

@@ -189,8 +189,7 @@ impl Seeker {
             Some(seed) if seed.certain => vec![seed],
             unsure => unsure.into_iter().chain(seed::find(frame, &line, self.kind)).collect(),
         };
-        let candidates: Vec<Candidate> =
-            seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
+        let candidates = seeds.into_iter().filter_map(|seed| Candidate::of(frame, seed, self.kind)).collect();
         let before_arc = self.untouched && is_calm(frame, &line);
         self.untouched &= !stripe_seen;
         if let Some(Candidate { seed, shows }) = self.confirmed(candidates, before_arc) {
@@ -296,39 +295,42 @@ impl Seeker {
         others.any(|other| self.agreeing(&other.seed, 0.0, MOTION_PX) >= frames)
     }
 
-    /// Whether something that stays shows away from what is found from column `span_px` on, so far from the middle of the field, and
-    /// may be the joint as well.
-    pub fn shows_other(&self, shows: Shows, span_px: &Range<f64>, off_middle_px: f64) -> bool {
-        self.kind.is_none()
-            && self.stays_beside(span_px, |other| match shows {
-                // A gap that shows no relief may be a mark beside other gaps; beside a step it is as good.
-                Shows::Step => true,
-                _ => other.shows >= Shows::Step || self.off_middle_px(&other.seed) < off_middle_px,
-            })
+    /// Whether something that stays shows beside what is found in these columns, and may be the joint as well.
+    pub fn shows_other(&self, shows: Shows, span_px: &Range<f64>) -> bool {
+        let off_px = self.off_middle_px(0.5 * (span_px.start + span_px.end));
+        self.stays_beside(span_px, |other| match shows {
+            // A gap that shows no relief may be a mark beside other gaps; beside a step it is as good.
+            Shows::Step => true,
+            _ => other.shows >= Shows::Step || self.off_middle_px(other.seed.fit.centre.u_px) < off_px,
+        })
     }
 
-    /// Whether something that stays is rather meant than a step or a ledge that is found there.
-    pub fn shows_more(&self, shows: Shows, span_px: &Range<f64>, off_middle_px: f64) -> bool {
-        let nearer = |other: &Candidate| self.off_middle_px(&other.seed) < off_middle_px;
-        self.kind.is_none()
-            && self.stays_beside(span_px, |other| match shows {
-                Shows::Ledge => other.shows >= Shows::Step || (other.shows != Shows::Ledge && nearer(other)),
-                _ => other.shows.is_more_than_step() && has_two_sides(&other.seed) && nearer(other),
-            })
+    /// Whether something that stays beside what is found in these columns goes before it.
+    pub fn shows_more(&self, shows: Shows, span_px: &Range<f64>) -> bool {
+        let off_px = self.off_middle_px(0.5 * (span_px.start + span_px.end));
+        self.stays_beside(span_px, |other| self.goes_before(other, shows, off_px))
     }
 
     fn stays_beside(&self, span_px: &Range<f64>, is: impl Fn(&Candidate) -> bool) -> bool {
-        self.stay(self.candidates().filter(|other| !span_px.contains(&other.seed.fit.centre.u_px) && is(other)))
+        let beside = |other: &&Candidate| !span_px.contains(&other.seed.fit.centre.u_px) && is(other);
+        self.kind.is_none() && self.stay(self.candidates().filter(beside))
     }
 
-    /// The middle of the field \[px\].
-    pub const fn middle_px(&self) -> f64 {
-        self.middle_px
+    /// How far from the middle of the field a column lies \[px\].
+    fn off_middle_px(&self, u_px: f64) -> f64 {
+        (u_px - self.middle_px).abs()
     }
 
-    /// How far from it a joint lies \[px\].
-    fn off_middle_px(&self, seed: &Seed) -> f64 {
-        (seed.fit.centre.u_px - self.middle_px).abs()
+    /// Whether `one` is more likely the joint than a step or a ledge so far from the middle of the field: any plate's end is a step, and
+    /// what lies on a plate a ledge.
+    fn goes_before(&self, one: &Candidate, shows: Shows, off_middle_px: f64) -> bool {
+        let is_nearer = self.off_middle_px(one.seed.fit.centre.u_px) < off_middle_px;
+        let has_two_sides = matches!(one.seed.model.kind, JointKind::Butt | JointKind::VGroove);
+        match shows {
+            Shows::Ledge => one.shows >= Shows::Step || (one.shows != Shows::Ledge && is_nearer),
+            Shows::Step => one.shows.is_more_than_step() && has_two_sides && is_nearer,
+            Shows::Dark | Shows::Dip | Shows::Relief | Shows::Whole => false,
+        }
     }
 
     /// Whether another place of the last frames, that shows more, may be the joint: it has not been seen often enough yet.
@@ -344,20 +346,16 @@ impl Seeker {
             || self.stay(beside.filter(|other| self.is_rather_meant(other, candidate)))
     }
 
-    /// Whether `one` is more likely the joint than a step or a corner, as any plate's end is a step, and the upper edge of one that
-    /// stands a corner: it lies nearer to the middle of the field, and is a gap or a groove, or has the longer legs.
+    /// Whether `one` is more likely the joint than `other`: it goes before it, or of two steps, or two corners, as the upper edge of a plate
+    /// that stands is one, it lies nearer to the middle of the field and has the longer legs.
     fn is_rather_meant(&self, one: &Candidate, other: &Candidate) -> bool {
-        let ends_a_plate = |kind: JointKind| matches!(kind, JointKind::Lap | JointKind::Fillet);
-        let (kind, other_kind) = (one.seed.model.kind, other.seed.model.kind);
-        let (off_px, other_off_px) = (self.off_middle_px(&one.seed), self.off_middle_px(&other.seed));
-        match (one.shows, other.shows) {
-            (shows, Shows::Step) if shows.is_more_than_step() => has_two_sides(&one.seed) && off_px < other_off_px,
-            (Shows::Dark, Shows::Ledge) => off_px < other_off_px,
-            (shows, other_shows) if shows == other_shows && shows >= Shows::Step => {
-                kind == other_kind && ends_a_plate(kind) && one.seed.leg_px - off_px > other.seed.leg_px - other_off_px
-            }
-            _ => false,
-        }
+        let off_px = |of: &Candidate| self.off_middle_px(of.seed.fit.centre.u_px);
+        let worth_px = |of: &Candidate| of.seed.leg_px - off_px(of);
+        let kind = one.seed.model.kind;
+        let are_alike = one.shows == other.shows && one.shows >= Shows::Step && kind == other.seed.model.kind;
+        let ends_a_plate = matches!(kind, JointKind::Lap | JointKind::Fillet);
+        (are_alike && ends_a_plate && worth_px(one) > worth_px(other))
+            || self.goes_before(one, other.shows, off_px(other))
     }
 
     /// Where `seed` was in the frames before this one, as far as its seeds follow on one another.
@@ -427,11 +425,6 @@ impl Seeker {
             && self.toe_share < LARGEST_TOE_SHARE
             && range(means(&places)) > FIXED_HAIRLINE_PX
     }
-}
-
-/// Whether a plate goes on at both its sides, as at no plate's end.
-fn has_two_sides(seed: &Seed) -> bool {
-    matches!(seed.model.kind, JointKind::Butt | JointKind::VGroove)
 }
 
 /// Means of so many neighbours each, the last ones first; what is left over counts not.
