@@ -77,7 +77,7 @@ pub enum Why {
     Bridging,
     /// The seam was not seen here, or too long ago.
     SeamUnseen,
-    /// No new picture.
+    /// No new picture, or none of this place.
     CameraSilent,
     /// No seam within the way from the start.
     NotFound,
@@ -217,7 +217,9 @@ impl Guard {
         let Some(began_mm) = self.began_mm else {
             return match reach {
                 _ if by_age.0 == State::Stop => by_age,
-                Reach::Unknown if unseen_mm > settings.ahead_mm + settings.start_mm => (State::Stop, Why::NotFound),
+                Reach::Unknown | Reach::Unlooked if unseen_mm > settings.ahead_mm + settings.start_mm => {
+                    (State::Stop, Why::NotFound)
+                }
                 _ => (State::Wait, Why::BeforeStart),
             };
         };
@@ -225,7 +227,9 @@ impl Guard {
             self.done = true;
             return (State::Done, Why::EndOfSeam);
         }
-        let unseen = |state| (state, Why::SeamUnseen);
+        // What no picture shows is the camera's silence, however far the torch went: the seam may well be there.
+        let why = if reach == Reach::Unlooked { Why::CameraSilent } else { Why::SeamUnseen };
+        let unseen = |state| (state, why);
         let (state, why) = match reach {
             Reach::Seen(_) => (State::Ok, Why::Fine),
             Reach::Bridged(_) => (State::Coast, Why::Bridging),

@@ -138,17 +138,17 @@ impl Guide {
             return;
         }
         self.newest_s = Some(sighting.exposed_s);
-        let Some(seam) = sighting.seam else { return };
-        let is_sure = seam.lateral_mm.is_finite() && seam.std_mm <= self.settings.worst_std_mm;
-        if !is_sure {
-            return;
-        }
+        let is_sure = |seam: &Offset| seam.lateral_mm.is_finite() && seam.std_mm <= self.settings.worst_std_mm;
+        let seam = sighting.seam.filter(is_sure);
         let Some(pose) = self.poses.at(sighting.exposed_s) else {
-            self.unpaired += 1;
+            self.unpaired += u64::from(seam.is_some());
             return;
         };
+        let path_mm = pose.path_mm + self.settings.ahead_mm;
+        self.ring.look(path_mm);
+        let Some(seam) = seam else { return };
         self.ring.push(Target {
-            path_mm: pose.path_mm + self.settings.ahead_mm,
+            path_mm,
             lateral_mm: pose.lateral_mm + seam.lateral_mm,
             exposed_s: sighting.exposed_s,
         });
@@ -200,7 +200,7 @@ impl Guide {
         let under_way_mm = self.corrections.under_way_mm(now_s, settings.delay_s);
         let remaining_mm = match reach {
             Reach::Seen(lateral_mm) | Reach::Bridged(lateral_mm) => Some(lateral_mm - pose.lateral_mm - under_way_mm),
-            Reach::Before | Reach::Unknown => None,
+            Reach::Before | Reach::Unknown | Reach::Unlooked => None,
         };
         let mut answer = Answer { state, why, remaining_mm, ..self.answer(why, pose, now_s) };
         let (State::Ok | State::Coast, Some(remaining_mm)) = (state, remaining_mm) else { return answer };

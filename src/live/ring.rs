@@ -29,15 +29,24 @@ pub enum Reach {
     Before,
     /// No target behind it yet, or too far; or too old a one.
     Unknown,
+    /// No picture shows it yet.
+    Unlooked,
 }
 
 /// Targets in the order of the path. Memory is bounded.
 #[derive(Debug, Clone, Default)]
 pub struct PathRing {
     targets: VecDeque<Target>,
+    /// Where the newest picture looked, with or without a seam in it \[mm\].
+    looked_mm: Option<f64>,
 }
 
 impl PathRing {
+    /// A picture looked at `path_mm`, whatever it showed.
+    pub const fn look(&mut self, path_mm: f64) {
+        self.looked_mm = Some(path_mm);
+    }
+
     /// Takes a target. Those further along the path are forgotten: the robot went back, and looks again.
     pub fn push(&mut self, target: Target) {
         while self.targets.back().is_some_and(|last| last.path_mm >= target.path_mm) {
@@ -69,7 +78,13 @@ impl PathRing {
         let Some(before) = behind.checked_sub(1).map(|i| self.targets[i]) else {
             return if self.targets.is_empty() { Reach::Unknown } else { Reach::Before };
         };
-        let Some(behind) = self.targets.get(behind) else { return Reach::Unknown };
+        let Some(behind) = self.targets.get(behind) else {
+            return if self.looked_mm.is_some_and(|looked_mm| path_mm <= looked_mm) {
+                Reach::Unknown
+            } else {
+                Reach::Unlooked
+            };
+        };
         let apart_mm = behind.path_mm - before.path_mm;
         if before.exposed_s.min(behind.exposed_s) < oldest_s || apart_mm > tack_mm {
             return Reach::Unknown;
@@ -87,6 +102,7 @@ mod tests {
     fn ring(places: &[(f64, f64)]) -> PathRing {
         let mut ring = PathRing::default();
         for &(path_mm, lateral_mm) in places {
+            ring.look(path_mm);
             ring.push(Target { path_mm, lateral_mm, exposed_s: path_mm });
         }
         ring
@@ -96,7 +112,7 @@ mod tests {
     fn between_two_targets_the_seam_is_straight_and_beyond_the_last_it_is_not_known() {
         let ring = ring(&[(0.0, 0.0), (1.0, 2.0)]);
         assert_eq!(ring.at(0.5, 0.0, 2.0, 10.0), Reach::Seen(1.0));
-        assert_eq!(ring.at(1.5, 0.0, 2.0, 10.0), Reach::Unknown);
+        assert_eq!(ring.at(1.5, 0.0, 2.0, 10.0), Reach::Unlooked);
         assert_eq!(ring.at(-0.5, 0.0, 2.0, 10.0), Reach::Before);
     }
 
@@ -114,10 +130,19 @@ mod tests {
     }
 
     #[test]
+    fn a_place_that_a_picture_without_a_seam_showed_is_unknown_and_one_that_none_showed_is_unlooked() {
+        let mut ring = ring(&[(0.0, 0.0), (1.0, 2.0)]);
+        ring.look(3.0);
+        assert_eq!(ring.at(2.5, 0.0, 2.0, 10.0), Reach::Unknown);
+        assert_eq!(ring.at(3.5, 0.0, 2.0, 10.0), Reach::Unlooked);
+    }
+
+    #[test]
     fn a_robot_that_goes_back_looks_again() {
         let mut ring = ring(&[(0.0, 0.0), (1.0, 0.0), (2.0, 0.0)]);
+        ring.look(0.5);
         ring.push(Target { path_mm: 0.5, lateral_mm: 3.0, exposed_s: 9.0 });
-        assert_eq!((ring.targets.len(), ring.at(1.0, 0.0, 2.0, 10.0)), (2, Reach::Unknown));
+        assert_eq!((ring.targets.len(), ring.at(1.0, 0.0, 2.0, 10.0)), (2, Reach::Unlooked));
     }
 
     #[test]

@@ -192,6 +192,17 @@ fn a_dead_camera_coasts_then_is_lost_then_stops_by_age_however_slow_the_robot() 
 }
 
 #[test]
+fn a_dead_camera_is_named_though_the_way_without_a_value_ends_before_the_time_does() {
+    let mut world = World::new(GuideSettings::default(), |_| 1.0);
+    world.drive_to(100.0);
+    world.camera_runs = false;
+    world.drive_to(160.0);
+    let answer = world.answers.last().unwrap().1;
+    assert!(answer.age_s.unwrap() < 2.0 + 1e-9 && answer.state == State::Stop, "{answer:?}");
+    assert_eq!(answer.why, Why::CameraSilent);
+}
+
+#[test]
 fn a_camera_that_stalls_for_half_a_second_leaves_no_step_behind() {
     let mut world = World::new(GuideSettings::default(), sine);
     world.drive_to(150.0);
